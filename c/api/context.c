@@ -1,0 +1,200 @@
+/* L4: contexts, statuses and what this build has. */
+#include "gamboge/context.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#include "backend/backend.h"
+#include "core/context.h"
+#include "core/text.h"
+#include "version.h"
+
+enum { MOST_THREADS = 1024 };
+
+static int default_threads(void)
+{
+#ifdef _OPENMP
+    return omp_get_max_threads();
+#else
+    return 1;
+#endif
+}
+
+/* "name[:option]": splits the name off and reads threads=N or a device number. */
+static int parse_backend(const char *text, struct gbg_context *context)
+{
+    const char *colon = strchr(text, ':');
+    size_t length = colon ? (size_t)(colon - text) : strlen(text);
+    if (length == 0 || length >= sizeof context->backend) {
+        return gbg_fail(NULL, GBG_E_NAME, "gbg_context_create: backend \"%s\" is none of cpu, "
+                        "cpu:threads=N, poison, cuda:N, auto", text);
+    }
+    memcpy(context->backend, text, length);
+    context->backend[length] = 0;
+    if (!colon) {
+        return GBG_OK;
+    }
+    char *end = NULL;
+    const char *digits = colon + 1;
+    int counts_threads = strncmp(digits, "threads=", 8) == 0;
+    if (counts_threads) {
+        digits += 8;
+    }
+    long number = strtol(digits, &end, 10);
+    if (end == digits || *end || (counts_threads && (number < 1 || number > MOST_THREADS)) ||
+        number < 0) {
+        return gbg_fail(NULL, GBG_E_ARGUMENT, "gbg_context_create: \"%s\": after the colon comes "
+                        "threads=N with N from 1 to %d, or a device number", text, MOST_THREADS);
+    }
+    if (counts_threads) {
+        context->threads = (int)number;
+    } else {
+        context->device = (int)number;
+    }
+    return GBG_OK;
+}
+
+int gbg_context_create(const char *backend, struct gbg_context **context)
+{
+    if (!context) {
+        return gbg_fail(NULL, GBG_E_ARGUMENT, "gbg_context_create: context is NULL");
+    }
+    *context = NULL;
+    struct gbg_context made = {.threads = default_threads()};
+    int status = parse_backend(backend ? backend : "auto", &made);
+    if (status != GBG_OK) {
+        return status;
+    }
+    if (strcmp(made.backend, "auto") == 0) {
+        strcpy(made.backend, "cpu");
+    }
+    const struct gbg_backend *found = gbg_backend_find(made.backend);
+    if (!found) {
+        return gbg_fail(NULL, GBG_E_NAME, "gbg_context_create: no backend \"%s\"; there are cpu, "
+                        "poison, cuda and auto", made.backend);
+    }
+    struct gbg_context *fresh = malloc(sizeof *fresh);
+    if (!fresh) {
+        return gbg_fail(NULL, GBG_E_MEMORY, "gbg_context_create: %zu bytes could not be had",
+                        sizeof *fresh);
+    }
+    *fresh = made;
+    status = found->probe(fresh);
+    if (status != GBG_OK) {
+        gbg_fail(NULL, status, "gbg_context_create: %s", fresh->message);
+        free(fresh);
+        return status;
+    }
+    *context = fresh;
+    return GBG_OK;
+}
+
+int gbg_context_destroy(struct gbg_context **context)
+{
+    if (context) {
+        free(*context);
+        *context = NULL;
+    }
+    return GBG_OK;
+}
+
+const char *gbg_message(const struct gbg_context *context)
+{
+    return gbg_message_of(context);
+}
+
+int gbg_context_set_log(struct gbg_context *context, gbg_log_sink sink, void *user)
+{
+    if (!context) {
+        return gbg_fail(NULL, GBG_E_ARGUMENT, "gbg_context_set_log: context is NULL");
+    }
+    context->sink = sink;
+    context->sink_user = user;
+    return GBG_OK;
+}
+
+int gbg_context_backend(const struct gbg_context *context, const char **name,
+                        const char **instructions, int *threads)
+{
+    if (!context) {
+        return gbg_fail(NULL, GBG_E_ARGUMENT, "gbg_context_backend: context is NULL");
+    }
+    if (name) {
+        *name = context->backend;
+    }
+    if (instructions) {
+        *instructions = context->instructions;
+    }
+    if (threads) {
+        *threads = context->threads;
+    }
+    return GBG_OK;
+}
+
+const char *gbg_status_name(int status)
+{
+    switch (status) {
+#define NAME_CASE(name, value, meaning, remedy)                                                    \
+    case value:                                                                                    \
+        return #name;
+        GBG_STATUS_LIST(NAME_CASE)
+#undef NAME_CASE
+    }
+    return "unknown status";
+}
+
+const char *gbg_status_text(int status)
+{
+    switch (status) {
+#define TEXT_CASE(name, value, meaning, remedy)                                                    \
+    case value:                                                                                    \
+        return meaning;
+        GBG_STATUS_LIST(TEXT_CASE)
+#undef TEXT_CASE
+    }
+    return "unknown status";
+}
+
+static const char *const components[] = {
+#ifdef GBG_WITH_FFTW
+    "fftw",
+#endif
+#ifdef GBG_WITH_NETCDF
+    "netcdf",
+#endif
+#ifdef GBG_WITH_CYAML
+    "yaml",
+#endif
+#ifdef _OPENMP
+    "openmp",
+#endif
+    NULL};
+
+int gbg_has_component(const char *component)
+{
+    return component && gbg_text_find(component, components) >= 0;
+}
+
+const char *gbg_version_text(void)
+{
+    static const char text[] = "gamboge " GBG_VERSION
+#ifdef GBG_WITH_NETCDF
+                               " netcdf"
+#endif
+#ifdef GBG_WITH_FFTW
+                               " fftw"
+#endif
+#ifdef GBG_WITH_CYAML
+                               " yaml"
+#endif
+#ifdef _OPENMP
+                               " openmp"
+#endif
+        ;
+    return text;
+}

@@ -1,0 +1,83 @@
+/* L1: what a backend is: memory, transfers, and a struct of kernels that hold all formulas. */
+#ifndef GBG_BACKEND_BACKEND_H
+#define GBG_BACKEND_BACKEND_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/box.h"
+
+struct gbg_context;
+struct gbg_device; /* a backend's own body: threads or a GPU, scratch */
+
+enum { GBG_SPECIES_MAX = 10 };
+
+/* The particles of one rank, arrays in the backend's memory. NULL means that the scene does not
+ * need the array. Particles 0..owned-1 are moved here; owned..owned+ghost-1 only act on others. */
+struct gbg_state {
+    struct gbg_box box;
+    int64_t owned, ghost;
+    uint32_t *high[3], *low[3]; /* fixed-point coordinates: high and low words */
+    uint64_t *id;               /* NULL: the id of a particle is its index */
+    uint8_t *species;           /* NULL: one species */
+    int32_t *image[3];          /* box crossings */
+    double *force[3];
+    uint32_t *start_high[3], *start_low[3]; /* coordinates before the step */
+    uint8_t *overlapped;                    /* 1: took part in an overlap in this step */
+    float *source;                          /* alpha of each particle, for direct sums */
+    int n_species;
+    double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
+};
+
+/* Noise of the Brownian step: xi with an optional limit, times scale. */
+struct gbg_noise {
+    uint32_t seed, run; /* Philox key */
+    int limit_by;       /* 0 none, 1 clamp, 2 redraw */
+    double limit;       /* in standard deviations */
+    double scale;       /* sqrt(T dt), divided by the deviation of the limited law if rescaled */
+};
+
+/* Largest moves of a step, for the checks that follow it: lengths. */
+struct gbg_moves {
+    double drift, noise, total;
+    int64_t bad; /* index of a particle whose move is not finite or not below half the box; -1 */
+};
+
+/* Pairs within `radius` at the time of building: rows of neighbour indices in ascending order. */
+struct gbg_list;
+
+struct gbg_kernels {
+    /* required */
+    /* xi(dimension, n) for ids first .. first+n-1 at a step. */
+    int (*normals)(struct gbg_device *device, const struct gbg_noise *noise, uint64_t step,
+                   uint64_t first, int64_t n, int dimension, double *values);
+    /* x += F dt + scale xi, image counts kept if present. */
+    int (*integrate)(struct gbg_device *device, struct gbg_state *state,
+                     const struct gbg_noise *noise, uint64_t step, double dt,
+                     struct gbg_moves *moves);
+    /* optional: NULL means that the planner refuses the scene and names the term */
+    /* F_i (+)= mobility_i sum_k alpha_k r/|r|^(power+1) over all k, nearest images; add: 0 stores,
+     * 1 adds to what is there. Mixed: 32-bit pairs from the high words, 64-bit sums. */
+    int (*direct_mixed)(struct gbg_device *device, struct gbg_state *state, double power, int add);
+    int (*direct_double)(struct gbg_device *device, struct gbg_state *state, double power, int add);
+};
+
+struct gbg_backend {
+    const char *name;
+    /* Checks that the backend can run here; fills in context->instructions. */
+    int (*probe)(struct gbg_context *context);
+    int (*create)(struct gbg_context *context, struct gbg_device **device);
+    void (*destroy)(struct gbg_device *device);
+    int (*allocate)(struct gbg_device *device, void **pointer, int64_t count, size_t size,
+                    const char *what);
+    void (*release)(struct gbg_device *device, void *pointer);
+    int (*upload)(struct gbg_device *device, void *to, const void *from, size_t bytes);
+    int (*download)(struct gbg_device *device, void *to, const void *from, size_t bytes);
+    int (*sync)(struct gbg_device *device);
+    struct gbg_kernels kernels;
+};
+
+/* The backend of that name, or NULL. */
+const struct gbg_backend *gbg_backend_find(const char *name);
+
+#endif

@@ -1,0 +1,40 @@
+/* L2: what side rooms (io, analysis) may see of an engine: copies, in the order of ids. */
+#ifndef GBG_ENGINE_VIEW_H
+#define GBG_ENGINE_VIEW_H
+
+#include <stdint.h>
+
+#include "core/box.h"
+
+struct gbg_engine;
+struct gbg_context;
+struct gbg_scene;
+
+struct gbg_engine_view {
+    struct gbg_context *context;
+    const struct gbg_scene *scene; /* resolved: species, options, source */
+    struct gbg_box box;
+    int64_t n;
+    uint64_t step;
+    double time;
+    int has_images, has_overlap; /* kept by this engine */
+    const int32_t *species;      /* n, in the order of ids, from 0 */
+    const int64_t *id;           /* n, ascending */
+};
+
+/* The view of the present state; valid until the next call that changes the engine. */
+void gbg_engine_look(const struct gbg_engine *engine, struct gbg_engine_view *view);
+
+/* Copies of the present state for one axis, in the order of ids (n values). */
+int gbg_engine_copy_fractions(struct gbg_engine *engine, int axis, uint64_t *fraction);
+int gbg_engine_copy_images(struct gbg_engine *engine, int axis, int32_t *image);
+int gbg_engine_copy_overlap(struct gbg_engine *engine, int32_t *flag);
+/* Forces at the present positions for all axes (dimension pointers). */
+int gbg_engine_copy_forces(struct gbg_engine *engine, double *const *force);
+
+/* Puts back a state that a restart file holds (n values an axis, order of ids; image NULL when the
+ * engine keeps none), with step and run counters. */
+int gbg_engine_restore(struct gbg_engine *engine, uint64_t step, const uint64_t *const *fraction,
+                       const int32_t *const *image);
+
+#endif

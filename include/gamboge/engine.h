@@ -1,0 +1,75 @@
+/* Public: the engine: state, plan and run. */
+#ifndef GAMBOGE_ENGINE_H
+#define GAMBOGE_ENGINE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct gbg_engine;
+
+/* Plans the scene and allocates everything that running needs. The scene may be changed or
+ * destroyed afterwards. A start with overlapping hard cores is refused with both ids. */
+GBG_API int gbg_engine_create(struct gbg_scene *scene, struct gbg_engine **engine);
+GBG_API int gbg_engine_destroy(struct gbg_engine **engine);
+
+/* Advances by `steps` steps (>= 0). GBG_E_STEP: a step could not be made; the state is that after
+ * the last good step, and the message estimates the largest dt that would do. */
+GBG_API int gbg_engine_run(struct gbg_engine *engine, int64_t steps);
+
+/* Number of particles and dimension. */
+GBG_API int gbg_engine_size(const struct gbg_engine *engine, int64_t *n, int *dimension);
+GBG_API int gbg_engine_box(const struct gbg_engine *engine, double *lengths, double *origin);
+
+/* Coordinates of all n particles in the order in which they were added. wrapped: 1 inside the box,
+ * 0 unwrapped (needs the scene option output.unwrapped). z NULL in two dimensions. */
+GBG_API int gbg_engine_positions(struct gbg_engine *engine, int wrapped, int64_t n, double *x,
+                                 double *y, double *z, ptrdiff_t step);
+/* Replaces the coordinates (same order); refused if hard cores would overlap. */
+GBG_API int gbg_engine_set_positions(struct gbg_engine *engine, int64_t n, const double *x,
+                                     const double *y, const double *z, ptrdiff_t step);
+/* Forces on all particles at the present positions, in the order in which they were added. */
+GBG_API int gbg_engine_forces(struct gbg_engine *engine, int64_t n, double *x, double *y, double *z,
+                              ptrdiff_t step);
+/* Measured error of those forces on `samples` particles against a double-precision direct sum:
+ * RMS(dF)/RMS(F) and RMS(dF)/median|F|. samples <= 0: 1000. */
+GBG_API int gbg_engine_force_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
+                                   double *rms_over_median);
+/* Species counted from base (0 or 1) and permanent ids, same order. */
+GBG_API int gbg_engine_species(const struct gbg_engine *engine, int64_t n, int32_t *species,
+                               int base);
+GBG_API int gbg_engine_ids(const struct gbg_engine *engine, int64_t n, int64_t *ids);
+/* 1 for each particle that took part in an overlap during the last step, else 0; needs the scene
+ * option output.overlap. */
+GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags);
+
+/* Counters and quantities by name. Integers: "step", "particles", "species", "threads",
+ * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps),
+ * "overlaps_left", "reverted", "bytes_per_particle". Reals: "time", "dt", "seconds" (spent in run),
+ * "largest_move" (last step). */
+GBG_API int gbg_engine_integer(const struct gbg_engine *engine, const char *name, int64_t *value);
+GBG_API int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value);
+
+/* The plan, a line a step: "kernel | what | bytes a particle"; text gets at most capacity bytes. */
+GBG_API int gbg_engine_plan_size(const struct gbg_engine *engine, int *lines);
+GBG_API int gbg_engine_plan_line(const struct gbg_engine *engine, int line, int64_t capacity,
+                                 char *text);
+
+/* Restart file: checksummed, written to a temporary name, synced and renamed; the file that was
+ * there before is kept as PATH.previous. load needs an engine made from the same scene and
+ * continues bit for bit; a file that is damaged or of another scene is refused. */
+GBG_API int gbg_engine_save(struct gbg_engine *engine, const char *path);
+GBG_API int gbg_engine_load(struct gbg_engine *engine, const char *path);
+/* SHA-256 of step, ids and fixed-point positions in the order of ids, as 64 hexadecimal digits;
+ * text needs 65 bytes. */
+GBG_API int gbg_engine_hash(struct gbg_engine *engine, int64_t capacity, char *text);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
