@@ -56,6 +56,17 @@ GBG_API int gbg_scene_add_species(struct gbg_scene *scene, const char *name, dou
 GBG_API int gbg_scene_add_force(struct gbg_scene *scene, double power, const char *sum,
                                 double cutoff, double tolerance);
 
+/* What the scene holds: number of species and forces, and each of them (indices from 0). Any output
+ * may be NULL. count: particles of the species, -1 while it is not known (gbg_scene_check settles
+ * fractions; species of particles from arrays have none). */
+GBG_API int gbg_scene_size(const struct gbg_scene *scene, int *n_species, int *n_forces);
+GBG_API int gbg_scene_get_species(const struct gbg_scene *scene, int species, int64_t capacity,
+                                  char *name, double *diameter, double *alpha, double *mobility,
+                                  int64_t *count);
+/* sum: "minimum_image", "cutoff" or "lattice", static storage. */
+GBG_API int gbg_scene_get_force(const struct gbg_scene *scene, int force, double *power,
+                                const char **sum, double *cutoff, double *tolerance);
+
 /* Adds a block of n particles; may be called again. x, y, z: base addresses of the coordinates,
  * consecutive particles `step` elements apart; z NULL in two dimensions. Any finite coordinate is
  * taken and wrapped into the box. species: n indices counted from `base` (0 or 1), NULL: all the
