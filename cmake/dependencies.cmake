@@ -29,4 +29,10 @@ if(GBG_WITH_OPENMP)
     message(FATAL_ERROR "OpenMP was not found: configure with -DGBG_WITH_OPENMP=OFF")
   endif()
   target_link_libraries(gamboge_flags INTERFACE OpenMP::OpenMP_C)
+else()
+  target_compile_options(gamboge_flags INTERFACE -fopenmp-simd) # other omp pragmas are passed over
+endif()
+if(GBG_WITH_CUDA)
+  message(FATAL_ERROR "GBG_WITH_CUDA=ON: this version of gamboge has no CUDA sources, its only "
+                      "backend is cpu; configure with -DGBG_WITH_CUDA=OFF")
 endif()
