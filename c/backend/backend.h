@@ -13,7 +13,9 @@ struct gbg_device; /* a backend's own body: threads or a GPU, scratch */
 enum { GBG_SPECIES_MAX = 10 };
 
 /* The particles of one rank, arrays in the backend's memory. NULL means that the scene does not
- * need the array. Particles 0..owned-1 are moved here; owned..owned+ghost-1 only act on others. */
+ * need the array. Particles 0..owned-1 are moved here; owned..owned+ghost-1 only act on others.
+ * Particles stand in ascending order of their ids, so that sums over neighbours in the order of
+ * indices do not depend on the order in which a caller keeps them. */
 struct gbg_state {
     struct gbg_box box;
     int64_t owned, ghost;
@@ -23,8 +25,9 @@ struct gbg_state {
     int32_t *image[3];          /* box crossings */
     double *force[3];
     uint32_t *start_high[3], *start_low[3]; /* coordinates before the step */
-    uint8_t *overlapped;                    /* 1: took part in an overlap in this step */
-    float *source;                          /* alpha of each particle, for direct sums */
+    int32_t *start_image[3];
+    uint8_t *overlapped; /* 1: took part in an overlap in this step */
+    float *source;       /* alpha of each particle, for direct sums */
     int n_species;
     double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
 };
@@ -43,15 +46,33 @@ struct gbg_moves {
     int64_t bad; /* index of a particle whose move is not finite or not below half the box; -1 */
 };
 
-/* Pairs within `radius` at the time of building: rows of neighbour indices in ascending order. */
+/* Pairs within `radius` at the time of building; rows of neighbours in ascending order. Complete
+ * for every pair closer than `reach` as long as nobody has moved more than (radius - reach)/2. */
 struct gbg_list;
+
+/* Contact correction: rule, largest number of rounds, and what came of it. */
+struct gbg_contacts {
+    int bounce;         /* 1: separate to the mirror distance, 0: to contact */
+    int64_t max_rounds;
+    double tolerance;   /* relative distance below which a pair counts as touching */
+    int64_t rounds;     /* out: rounds that moved somebody */
+    int64_t pairs;      /* out: pushes */
+    int64_t left;       /* out: overlapping pairs left (0 unless rounds ran out) */
+    double largest;     /* out: largest move since the start of the step among those corrected */
+};
+
+/* A pair of indices with its distance; first = -1: none. */
+struct gbg_pair {
+    int64_t first, second;
+    double distance;
+};
 
 struct gbg_kernels {
     /* required */
     /* xi(dimension, n) for ids first .. first+n-1 at a step. */
     int (*normals)(struct gbg_device *device, const struct gbg_noise *noise, uint64_t step,
                    uint64_t first, int64_t n, int dimension, double *values);
-    /* x += F dt + scale xi, image counts kept if present. */
+    /* x += F dt + scale xi, image counts kept if present. A bad move leaves the rest undefined. */
     int (*integrate)(struct gbg_device *device, struct gbg_state *state,
                      const struct gbg_noise *noise, uint64_t step, double dt,
                      struct gbg_moves *moves);
@@ -60,6 +81,32 @@ struct gbg_kernels {
      * 1 adds to what is there. Mixed: 32-bit pairs from the high words, 64-bit sums. */
     int (*direct_mixed)(struct gbg_device *device, struct gbg_state *state, double power, int add);
     int (*direct_double)(struct gbg_device *device, struct gbg_state *state, double power, int add);
+
+    /* Pair lists. update builds when it must; moved: largest move since the last update. */
+    int (*list_create)(struct gbg_device *device, const struct gbg_state *state, double reach,
+                       double radius, struct gbg_list **list);
+    void (*list_destroy)(struct gbg_device *device, struct gbg_list *list);
+    int (*list_update)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                       double moved);
+    int64_t (*list_builds)(const struct gbg_list *list);
+    double (*list_bytes)(const struct gbg_list *list);
+    int (*cutoff_mixed)(struct gbg_device *device, struct gbg_state *state,
+                        const struct gbg_list *list, double power, double cutoff, int add);
+    int (*cutoff_double)(struct gbg_device *device, struct gbg_state *state,
+                         const struct gbg_list *list, double power, double cutoff, int add);
+
+    /* Hard cores: keep the coordinates before a step, correct, put back, and the checks. */
+    int (*keep)(struct gbg_device *device, struct gbg_state *state);
+    int (*put_back)(struct gbg_device *device, struct gbg_state *state);
+    int (*contacts)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                    struct gbg_contacts *contacts);
+    /* The overlapping pair of lowest indices, and how many there are. */
+    int (*overlaps)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                    double tolerance, struct gbg_pair *first, int64_t *count);
+    /* A pair whose connecting vector turned by more than a right angle during the step, looked for
+     * among all pairs that were within `reach` before it. */
+    int (*passed)(struct gbg_device *device, struct gbg_state *state, double reach,
+                  struct gbg_pair *first);
 };
 
 struct gbg_backend {
@@ -74,7 +121,8 @@ struct gbg_backend {
     int (*upload)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*download)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*sync)(struct gbg_device *device);
-    struct gbg_kernels kernels;
+    /* The kernels for this device (the instruction set that its context chose). */
+    const struct gbg_kernels *(*kernels)(const struct gbg_device *device);
 };
 
 /* The backend of that name, or NULL. */
