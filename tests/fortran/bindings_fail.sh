@@ -1,0 +1,29 @@
+#!/bin/sh
+# bindings.sh must see a lost function, a lost argument, a wrong kind and a wrong constant.
+# Arguments as for bindings.sh.
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+headers=$1 generated=$2 module=$3 cc=$4 fc=$5
+
+# spoil WHAT SED_COMMAND: a copy of the module with one defect, which has to be found.
+spoil() {
+    sed "$2" "$module" > "$work/gamboge_c.f90"
+    cmp -s "$module" "$work/gamboge_c.f90" && { echo "nothing was spoilt: $1"; exit 1; }
+    if sh "$here/bindings.sh" "$headers" "$generated" "$work/gamboge_c.f90" "$cc" "$fc" \
+        > "$work/log.txt" 2>&1; then
+        echo "bindings.sh did not see: $1"
+        exit 1
+    fi
+    grep -q "$3" "$work/log.txt" || { echo "no word on: $1"; cat "$work/log.txt"; exit 1; }
+}
+spoil "a lost function" '/function gbg_engine_run/,/end function gbg_engine_run/d' \
+    'gbg_engine_run is missing'
+spoil "a lost argument" 's/gbg_engine_hash(engine, capacity, text)/gbg_engine_hash(engine, text)/' \
+    'gbg_engine_hash differs'
+spoil "a wrong kind" 's/integer(c_int64_t), value :: steps/integer(c_int), value :: steps/' \
+    'gbg_engine_run differs'
+spoil "a wrong constant" 's/gbg_e_step = 9/gbg_e_step = 8/' 'constants differ'
+spoil "a lost constant" '/gbg_max_forces = /d' 'constant of the headers is missing'
+echo "bindings.sh saw all five defects"
