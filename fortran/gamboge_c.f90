@@ -1,6 +1,6 @@
 ! L5: the C interface of gamboge as it is, and its constants: one interface body a public function
-! of include/gamboge/*.h, under the C name. The modules gamboge_* build on it; use it to call C just
-! as C does (0-based indices, statuses, text that ends in c_null_char, c_ptr handles).
+! of the headers include/gamboge, under the C name. The modules above build on it; use it to call C
+! just as C does (0-based indices, statuses, text that ends in c_null_char, c_ptr handles).
 ! An array that may be NULL is a type(c_ptr), value; ptrdiff_t is integer(c_intptr_t).
 module gamboge_c
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_int32_t, &
