@@ -181,6 +181,32 @@ module gamboge_c
          character(kind=c_char), intent(in) :: sum(*)
       end function gbg_scene_add_force
 
+      integer(c_int) function gbg_scene_size(scene, n_species, n_forces) bind(c)
+         import
+         type(c_ptr), value :: scene
+         integer(c_int), intent(out) :: n_species, n_forces
+      end function gbg_scene_size
+
+      integer(c_int) function gbg_scene_get_species(scene, species, capacity, name, diameter, &
+         alpha, mobility, count) bind(c)
+         import
+         type(c_ptr), value :: scene
+         integer(c_int), value :: species
+         integer(c_int64_t), value :: capacity
+         character(kind=c_char), intent(inout) :: name(*)
+         real(c_double), intent(out) :: diameter, alpha, mobility
+         integer(c_int64_t), intent(out) :: count
+      end function gbg_scene_get_species
+
+      integer(c_int) function gbg_scene_get_force(scene, force, power, sum, cutoff, &
+         tolerance) bind(c)
+         import
+         type(c_ptr), value :: scene
+         integer(c_int), value :: force
+         real(c_double), intent(out) :: power, cutoff, tolerance
+         type(c_ptr), intent(out) :: sum
+      end function gbg_scene_get_force
+
       integer(c_int) function gbg_scene_add_particles(scene, n, x, y, z, step, species, base, &
          ids) bind(c)
          import
