@@ -25,36 +25,57 @@ static int default_threads(void)
 #endif
 }
 
-/* "name[:option]": splits the name off and reads threads=N or a device number. */
+/* One of threads=N, isa=NAME or a device number, `length` letters long; 0 if it is none of them. */
+static int parse_option(const char *text, size_t length, struct gbg_context *context)
+{
+    static const char threads[] = "threads=", isa[] = "isa=";
+    if (length > strlen(isa) && strncmp(text, isa, strlen(isa)) == 0) {
+        length -= strlen(isa);
+        if (length >= sizeof context->instructions) {
+            return 0;
+        }
+        memcpy(context->instructions, text + strlen(isa), length);
+        context->instructions[length] = 0;
+        return 1;
+    }
+    const char *digits = text;
+    int counts = strncmp(text, threads, strlen(threads)) == 0;
+    if (counts) {
+        digits += strlen(threads);
+    }
+    char *end = NULL;
+    long number = strtol(digits, &end, 10);
+    if (end == digits || end != text + length || number < counts || number > MOST_THREADS) {
+        return 0;
+    }
+    *(counts ? &context->threads : &context->device) = (int)number;
+    return 1;
+}
+
+/* "name[:option[,option]]" */
 static int parse_backend(const char *text, struct gbg_context *context)
 {
-    const char *colon = strchr(text, ':');
-    size_t length = colon ? (size_t)(colon - text) : strlen(text);
+    size_t length = strcspn(text, ":");
     if (length == 0 || length >= sizeof context->backend) {
-        return gbg_fail(NULL, GBG_E_NAME, "gbg_context_create: backend \"%s\" is none of cpu, "
-                        "cpu:threads=N, poison, cuda:N, auto", text);
+        return gbg_fail(NULL, GBG_E_NAME,
+                        "gbg_context_create: backend \"%s\" is none of cpu, "
+                        "cpu:threads=N, poison, cuda:N, auto",
+                        text);
     }
     memcpy(context->backend, text, length);
     context->backend[length] = 0;
-    if (!colon) {
-        return GBG_OK;
-    }
-    char *end = NULL;
-    const char *digits = colon + 1;
-    int counts_threads = strncmp(digits, "threads=", 8) == 0;
-    if (counts_threads) {
-        digits += 8;
-    }
-    long number = strtol(digits, &end, 10);
-    if (end == digits || *end || (counts_threads && (number < 1 || number > MOST_THREADS)) ||
-        number < 0) {
-        return gbg_fail(NULL, GBG_E_ARGUMENT, "gbg_context_create: \"%s\": after the colon comes "
-                        "threads=N with N from 1 to %d, or a device number", text, MOST_THREADS);
-    }
-    if (counts_threads) {
-        context->threads = (int)number;
-    } else {
-        context->device = (int)number;
+    const char *rest = text + length;
+    while (*rest) {
+        rest++;
+        length = strcspn(rest, ",");
+        if (!parse_option(rest, length, context)) {
+            return gbg_fail(NULL, GBG_E_ARGUMENT,
+                            "gbg_context_create: \"%s\": after the colon "
+                            "come, separated by commas, threads=N with N from 1 to %d, isa=NAME, "
+                            "or a device number",
+                            text, MOST_THREADS);
+        }
+        rest += length;
     }
     return GBG_OK;
 }
@@ -75,8 +96,10 @@ int gbg_context_create(const char *backend, struct gbg_context **context)
     }
     const struct gbg_backend *found = gbg_backend_find(made.backend);
     if (!found) {
-        return gbg_fail(NULL, GBG_E_NAME, "gbg_context_create: no backend \"%s\"; there are cpu, "
-                        "poison, cuda and auto", made.backend);
+        return gbg_fail(NULL, GBG_E_NAME,
+                        "gbg_context_create: no backend \"%s\"; there are cpu, "
+                        "poison, cuda and auto",
+                        made.backend);
     }
     struct gbg_context *fresh = malloc(sizeof *fresh);
     if (!fresh) {

@@ -19,7 +19,8 @@ enum gbg_log_level { GBG_LOG_INFO = 0, GBG_LOG_WARNING = 1 };
 typedef void (*gbg_log_sink)(void *user, int level, const char *line);
 
 /* backend: "cpu", "cpu:threads=4", "poison" (the CPU backend with every fresh array and output
- * filled with NaN first), "cuda:0", "auto". NULL means "auto". Objects made from a context must be
+ * filled with NaN first), "cuda:0", "auto". NULL means "auto". For tests the instruction set may be
+ * fixed: "cpu:threads=2,isa=generic" (or avx2, avx512). Objects made from a context must be
  * destroyed before it. A context and its objects belong to one thread at a time; several contexts
  * may live in several threads. */
 GBG_API int gbg_context_create(const char *backend, struct gbg_context **context);

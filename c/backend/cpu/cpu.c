@@ -5,23 +5,73 @@
 #include <string.h>
 
 #include "core/memory.h"
+#include "core/text.h"
+
+extern const struct gbg_cpu_variant gbg_cpu_variant_generic;
+#ifdef GBG_X86_VARIANTS
+extern const struct gbg_cpu_variant gbg_cpu_variant_avx2, gbg_cpu_variant_avx512;
+#endif
+
+enum { MOST_VARIANTS = 3 };
+
+/* The variants that this processor can run, best first. */
+static int usable(const struct gbg_cpu_variant *list[MOST_VARIANTS])
+{
+    int n = 0;
+#ifdef GBG_X86_VARIANTS
+    __builtin_cpu_init();
+    int avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    if (avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")) {
+        list[n++] = &gbg_cpu_variant_avx512;
+    }
+    if (avx2) {
+        list[n++] = &gbg_cpu_variant_avx2;
+    }
+#endif
+    list[n++] = &gbg_cpu_variant_generic;
+    return n;
+}
 
 int gbg_cpu_probe(struct gbg_context *context)
 {
-    strcpy(context->instructions, "generic");
-    return GBG_OK;
+    const struct gbg_cpu_variant *list[MOST_VARIANTS];
+    int n = usable(list);
+    if (!context->instructions[0]) {
+        gbg_text_copy(context->instructions, sizeof context->instructions, list[0]->name);
+        return GBG_OK;
+    }
+    char names[64] = "";
+    for (int k = 0; k < n; k++) {
+        if (strcmp(list[k]->name, context->instructions) == 0) {
+            return GBG_OK;
+        }
+        strcat(strcat(names, k ? ", " : ""), list[k]->name);
+    }
+    return gbg_fail(context, GBG_E_NAME,
+                    "isa=%s cannot be had; this build has on this processor: "
+                    "%s",
+                    context->instructions, names);
 }
 
-static int create(struct gbg_context *context, struct gbg_device **device)
+int gbg_cpu_create(struct gbg_context *context, struct gbg_device **device)
 {
     void *body;
     int status = gbg_allocate_zero(context, &body, 1, sizeof **device, "CPU backend");
-    if (status == GBG_OK) {
-        *device = body;
-        (*device)->context = context;
-        (*device)->threads = context->threads;
+    if (status != GBG_OK) {
+        return status;
     }
-    return status;
+    *device = body;
+    (*device)->context = context;
+    (*device)->threads = context->threads;
+    const struct gbg_cpu_variant *list[MOST_VARIANTS];
+    int n = usable(list);
+    for (int k = n - 1; k >= 0; k--) {
+        if (k == n - 1 || strcmp(list[k]->name, context->instructions) == 0) {
+            (*device)->variant = list[k];
+        }
+    }
+    return GBG_OK;
 }
 
 static void destroy(struct gbg_device *device)
@@ -54,14 +104,20 @@ static int sync(struct gbg_device *device)
     return GBG_OK;
 }
 
+static const struct gbg_kernels *kernels(const struct gbg_device *device)
+{
+    return &device->variant->kernels;
+}
+
 const struct gbg_backend gbg_backend_cpu = {
     .name = "cpu",
     .probe = gbg_cpu_probe,
-    .create = create,
+    .create = gbg_cpu_create,
     .destroy = destroy,
     .allocate = allocate,
     .release = release,
     .upload = copy,
     .download = copy,
     .sync = sync,
+    .kernels = kernels,
 };
