@@ -38,6 +38,7 @@ else()
     Fortran_MODULE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/gamboge_modules)
   target_include_directories(gamboge_fortran_from_source
     PUBLIC ${CMAKE_CURRENT_BINARY_DIR}/gamboge_modules)
-  target_link_libraries(gamboge_fortran_from_source PUBLIC gamboge::analysis gamboge::gamboge)
+  target_link_libraries(gamboge_fortran_from_source PUBLIC
+    $<TARGET_NAME_IF_EXISTS:gamboge::analysis> gamboge::gamboge)
   target_link_libraries(gamboge::fortran INTERFACE gamboge_fortran_from_source)
 endif()
