@@ -10,13 +10,27 @@
 
 enum { GBG_NAME_CAPACITY = 32, GBG_PATH_CAPACITY = 1024 };
 
+enum gbg_law { GBG_LAW_POWER };
 enum gbg_sum { GBG_SUM_MINIMUM_IMAGE, GBG_SUM_CUTOFF, GBG_SUM_LATTICE };
-enum gbg_rule { GBG_RULE_NONE, GBG_RULE_AUTO, GBG_RULE_EVENT, GBG_RULE_BRIDGE, GBG_RULE_BOUNCE, GBG_RULE_CONTACT };
+enum gbg_rule {
+    GBG_RULE_NONE,
+    GBG_RULE_AUTO,
+    GBG_RULE_EVENT,
+    GBG_RULE_BRIDGE,
+    GBG_RULE_BOUNCE,
+    GBG_RULE_CONTACT
+};
 enum gbg_neighbours { GBG_NEIGHBOURS_AUTO, GBG_NEIGHBOURS_GRID, GBG_NEIGHBOURS_DELAUNAY };
 enum gbg_dynamics { GBG_DYNAMICS_NONE, GBG_DYNAMICS_BROWNIAN };
 enum gbg_limit_by { GBG_LIMIT_NONE, GBG_LIMIT_CLAMP, GBG_LIMIT_REDRAW };
 enum gbg_precision { GBG_PRECISION_AUTO, GBG_PRECISION_MIXED, GBG_PRECISION_DOUBLE };
-enum gbg_start { GBG_START_NONE, GBG_START_LATTICE, GBG_START_INSERTION, GBG_START_FILE, GBG_START_ARRAYS };
+enum gbg_start {
+    GBG_START_NONE,
+    GBG_START_LATTICE,
+    GBG_START_INSERTION,
+    GBG_START_FILE,
+    GBG_START_ARRAYS
+};
 enum gbg_lattice { GBG_LATTICE_TRIANGULAR, GBG_LATTICE_SQUARE, GBG_LATTICE_FCC, GBG_LATTICE_CUBIC };
 enum gbg_shape { GBG_SHAPE_SQUARE, GBG_SHAPE_LATTICE }; /* of a box given by its packing */
 
@@ -24,7 +38,8 @@ struct gbg_species {
     char name[GBG_NAME_CAPACITY];
     double diameter, alpha, mobility;
     double fraction; /* of particles.count, -1: not given */
-    int64_t count;   /* -1: not given; after gbg_scene_resolve always the number */
+    int64_t asked;   /* number given for this species, -1: not given */
+    int64_t count;   /* after gbg_scene_resolve always the number; before it: asked */
 };
 
 struct gbg_force {
@@ -32,6 +47,7 @@ struct gbg_force {
     int sum;          /* enum gbg_sum */
     double cutoff;    /* 0: none */
     double tolerance; /* relative RMS error asked for; 0: default */
+    int law;          /* enum gbg_law */
 };
 
 /* Coordinates of a start, blocked: position[axis][i]. */
@@ -57,12 +73,14 @@ struct gbg_scene {
     struct gbg_force force[GBG_MAX_FORCES];
 
     int64_t count; /* particles.count; -1: follows from species counts, arrays or file */
+    int64_t n;     /* after gbg_scene_resolve: the number of particles */
     int start;     /* enum gbg_start */
     int lattice;   /* enum gbg_lattice */
     double jitter; /* of the lattice, as a fraction of the free gap between neighbours, 0..1 */
     char start_file[GBG_PATH_CAPACITY];
-    int64_t start_frame; /* of a trajectory; -1: the last */
-    struct gbg_particles arrays; /* from gbg_scene_add_particles, or the file */
+    int64_t start_frame;         /* of a trajectory; -1: the last */
+    int64_t next_id;             /* free for the next particle added */
+    struct gbg_particles arrays; /* from gbg_scene_add_particles, or the file, as they were added */
 
     int rule;           /* enum gbg_rule: excluded volume; NONE when the scene has none */
     int neighbours;     /* enum gbg_neighbours */
@@ -83,9 +101,9 @@ struct gbg_scene {
     int64_t trajectory_every;
     char restart_file[GBG_PATH_CAPACITY];
     int64_t restart_every;
-    int output_double;  /* 1: coordinates stored as double */
-    int unwrapped;      /* 1: image counts are kept and stored */
-    int overlap;        /* 1: per-particle overlap flags are kept and stored */
+    int output_double; /* 1: coordinates stored as double */
+    int unwrapped;     /* 1: image counts are kept and stored */
+    int overlap;       /* 1: per-particle overlap flags are kept and stored */
 
     char source[GBG_PATH_CAPACITY]; /* scene file, "" for a scene made by calls */
 };

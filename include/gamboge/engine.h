@@ -27,7 +27,7 @@ GBG_API int gbg_engine_size(const struct gbg_engine *engine, int64_t *n, int *di
 GBG_API int gbg_engine_box(const struct gbg_engine *engine, double *lengths, double *origin);
 
 /* Coordinates of all n particles in the order in which they were added. wrapped: 1 inside the box,
- * 0 unwrapped (needs the scene option output.unwrapped). z NULL in two dimensions. */
+ * 0 unwrapped (needs the scene option output.trajectory.unwrapped). z NULL in two dimensions. */
 GBG_API int gbg_engine_positions(struct gbg_engine *engine, int wrapped, int64_t n, double *x,
                                  double *y, double *z, ptrdiff_t step);
 /* Replaces the coordinates (same order); refused if hard cores would overlap. */
@@ -45,7 +45,7 @@ GBG_API int gbg_engine_species(const struct gbg_engine *engine, int64_t n, int32
                                int base);
 GBG_API int gbg_engine_ids(const struct gbg_engine *engine, int64_t n, int64_t *ids);
 /* 1 for each particle that took part in an overlap during the last step, else 0; needs the scene
- * option output.overlap. */
+ * option output.trajectory.overlap. */
 GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags);
 
 /* Counters and quantities by name. Integers: "step", "particles", "species", "threads",

@@ -23,15 +23,17 @@ GBG_API int gbg_scene_read(struct gbg_context *context, const char *path, struct
 GBG_API int gbg_scene_destroy(struct gbg_scene **scene);
 
 /* Options by name, e.g. "dynamics.dt", "run.seed", "excluded_volume.rule", "box.packing",
- * "start.jitter"; the whole list with defaults, ranges and meanings is in docs/scene_reference.md
- * and in gbg_scene_option. An unknown name is refused and the nearest one named. */
+ * "particles.start.jitter"; the whole list with defaults, ranges and meanings is in
+ * docs/scene_reference.md and in gbg_scene_option. An unknown name is refused and the nearest one
+ * named. A later call overrides an earlier one: box.packing and gbg_scene_set_box, or the kinds of
+ * start (lattice, random, file, gbg_scene_add_particles). Whole numbers may be given to reals. */
 GBG_API int gbg_scene_set_real(struct gbg_scene *scene, const char *option, double value);
 GBG_API int gbg_scene_set_integer(struct gbg_scene *scene, const char *option, int64_t value);
 GBG_API int gbg_scene_set_text(struct gbg_scene *scene, const char *option, const char *value);
 GBG_API int gbg_scene_get_real(const struct gbg_scene *scene, const char *option, double *value);
 GBG_API int gbg_scene_get_integer(const struct gbg_scene *scene, const char *option,
                                   int64_t *value);
-/* text receives at most capacity bytes with the final zero. */
+/* Any option as text; it receives at most capacity bytes with the final zero. */
 GBG_API int gbg_scene_get_text(const struct gbg_scene *scene, const char *option,
                                int64_t capacity, char *text);
 /* The option table itself: entry index (from 0) as "name|type|default|range|meaning";

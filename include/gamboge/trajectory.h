@@ -16,8 +16,9 @@ struct gbg_trajectory;
 /* Starts a trajectory of this engine. The file appears under its final name with the first frame;
  * a file of that name that was there before is kept until then. After each append the frame is on
  * the disc before the file counts it, so a kill at any instant loses at most the frame in flight.
- * What a frame holds follows from the scene: output.precision (double or float), output.unwrapped,
- * output.overlap. Frames list particles in the order of their ids. */
+ * What a frame holds follows from the scene: output.trajectory.precision (double or float),
+ * output.trajectory.unwrapped, output.trajectory.overlap. Frames list particles in the order of
+ * their ids. */
 GBG_API int gbg_trajectory_create(struct gbg_engine *engine, const char *path,
                                   struct gbg_trajectory **trajectory);
 /* Goes on with a trajectory after a restart: frames later than the engine's step are cut off. */

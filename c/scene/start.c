@@ -1,0 +1,116 @@
+/* L3: positions, species and ids of a start: which way, and the lattice with vacancies. */
+#include <inttypes.h>
+#include <math.h>
+
+#include "scene/draws.h"
+#include "scene/lattice.h"
+#include "scene/parts.h"
+
+/* Relative slack kept from contact, so that rounding never makes an overlap. */
+static const double clearance = 1e-12;
+enum { MOST_TRIES = 64 };
+
+/* Species in blocks, then shuffled (Fisher and Yates). */
+static void shuffle_species(const struct gbg_scene *scene, struct gbg_particles *particles)
+{
+    int64_t i = 0;
+    for (int s = 0; s < scene->n_species; s++) {
+        for (int64_t k = 0; k < scene->species[s].count; k++) {
+            particles->species[i++] = s;
+        }
+    }
+    for (int64_t last = particles->n - 1; last > 0; last--) {
+        int64_t other = gbg_draw_below(scene, GBG_DRAW_SPECIES, last, last + 1);
+        int32_t kept = particles->species[last];
+        particles->species[last] = particles->species[other];
+        particles->species[other] = kept;
+    }
+}
+
+/* A point of the ball of radius 1, by rejection from the cube around it. */
+static void draw_in_ball(const struct gbg_scene *scene, int64_t item, double *point)
+{
+    for (int attempt = 0; attempt < MOST_TRIES; attempt++) {
+        double square = 0;
+        gbg_draw(scene, GBG_DRAW_JITTER, item, attempt, scene->dimension, point);
+        for (int a = 0; a < scene->dimension; a++) {
+            point[a] = 2 * point[a] - 1;
+            square += point[a] * point[a];
+        }
+        if (square <= 1) {
+            return;
+        }
+    }
+    for (int a = 0; a < scene->dimension; a++) {
+        point[a] = 0;
+    }
+}
+
+/* Goes through the sites and keeps each with the probability that fills all particles: every choice
+ * of n sites is equally likely, and ids follow the sites. */
+static void occupy(const struct gbg_scene *scene, const struct gbg_sites *sites, double reach,
+                   struct gbg_particles *particles)
+{
+    int64_t i = 0;
+    for (int64_t s = 0; s < sites->n && i < particles->n; s++) {
+        if (gbg_draw_below(scene, GBG_DRAW_SITE, s, sites->n - s) >= particles->n - i) {
+            continue;
+        }
+        double site[3], shift[3] = {0};
+        gbg_lattice_site(sites, s, site);
+        if (reach > 0) {
+            draw_in_ball(scene, i, shift);
+        }
+        for (int a = 0; a < scene->dimension; a++) {
+            double r = scene->origin[a] + site[a] + reach * shift[a];
+            particles->position[a][i] = gbg_wrap(r, scene->origin[a], scene->length[a]);
+        }
+        particles->id[i] = i;
+        i++;
+    }
+}
+
+static int refuse_lattice(const struct gbg_scene *scene, const struct gbg_sites *sites, double core)
+{
+    double fits = gbg_scene_packing(scene) * pow(sites->distance / core, scene->dimension);
+    return gbg_fail(scene->context, GBG_E_SCENE,
+                    "particles.start.lattice: %s sites for %" PRId64
+                    " particles are %.8g apart in this box, allowed at least the largest diameter, "
+                    "%.8g; the packing is %.6g, and up to %.6g would fit",
+                    gbg_lattice_name(sites->kind), scene->n, sites->distance, core,
+                    gbg_scene_packing(scene), fits * (1 - 1e-6));
+}
+
+int gbg_start_lattice(struct gbg_scene *scene, struct gbg_particles *particles)
+{
+    struct gbg_sites sites;
+    gbg_lattice_fit(scene->dimension, scene->lattice, scene->length, scene->n, &sites);
+    double core = scene->rule == GBG_RULE_NONE ? 0 : gbg_largest_diameter(scene);
+    double widest = 0;
+    for (int a = 0; a < scene->dimension; a++) {
+        widest = fmax(widest, scene->length[a] + fabs(scene->origin[a]));
+    }
+    double gap = sites.distance - core - clearance * (core + widest);
+    if (gap < 0 && core > 0) {
+        return refuse_lattice(scene, &sites, core);
+    }
+    int status = gbg_particles_allocate(scene->context, scene->n, scene->dimension, particles);
+    if (status == GBG_OK) {
+        occupy(scene, &sites, scene->jitter * gap / 2, particles);
+        shuffle_species(scene, particles);
+    }
+    return status;
+}
+
+int gbg_scene_start(struct gbg_scene *scene, struct gbg_particles *particles)
+{
+    *particles = (struct gbg_particles){.dimension = scene->dimension};
+    if (scene->start == GBG_START_ARRAYS) {
+        return gbg_start_arrays(scene, particles);
+    }
+    if (scene->n == 0) {
+        return gbg_particles_allocate(scene->context, 0, scene->dimension, particles);
+    }
+    return scene->start == GBG_START_LATTICE ? gbg_start_lattice(scene, particles)
+                                             : gbg_start_insertion(scene, particles);
+}
