@@ -69,14 +69,25 @@ int gbg_cpu_create(struct gbg_context *context, struct gbg_device **device)
     for (int k = n - 1; k >= 0; k--) {
         if (k == n - 1 || strcmp(list[k]->name, context->instructions) == 0) {
             (*device)->variant = list[k];
+            (*device)->kernels = list[k]->kernels;
         }
     }
     return GBG_OK;
 }
 
-static void destroy(struct gbg_device *device)
+void gbg_cpu_destroy(struct gbg_device *device)
 {
     gbg_release(device);
+}
+
+int gbg_cpu_scratch(struct gbg_device *device, void **pointer, int64_t count, size_t size,
+                    const char *what)
+{
+    int status = gbg_allocate(device->context, pointer, count, size, what);
+    if (status == GBG_OK && device->poison) {
+        memset(*pointer, 0xFF, (size_t)count * size);
+    }
+    return status;
 }
 
 static int allocate(struct gbg_device *device, void **pointer, int64_t count, size_t size,
@@ -85,39 +96,39 @@ static int allocate(struct gbg_device *device, void **pointer, int64_t count, si
     return gbg_allocate_zero(device->context, pointer, count, size, what);
 }
 
-static void release(struct gbg_device *device, void *pointer)
+void gbg_cpu_release(struct gbg_device *device, void *pointer)
 {
     (void)device;
     gbg_release(pointer);
 }
 
-static int copy(struct gbg_device *device, void *to, const void *from, size_t bytes)
+int gbg_cpu_copy(struct gbg_device *device, void *to, const void *from, size_t bytes)
 {
     (void)device;
     memcpy(to, from, bytes);
     return GBG_OK;
 }
 
-static int sync(struct gbg_device *device)
+int gbg_cpu_sync(struct gbg_device *device)
 {
     (void)device;
     return GBG_OK;
 }
 
-static const struct gbg_kernels *kernels(const struct gbg_device *device)
+const struct gbg_kernels *gbg_cpu_kernels(const struct gbg_device *device)
 {
-    return &device->variant->kernels;
+    return &device->kernels;
 }
 
 const struct gbg_backend gbg_backend_cpu = {
     .name = "cpu",
     .probe = gbg_cpu_probe,
     .create = gbg_cpu_create,
-    .destroy = destroy,
+    .destroy = gbg_cpu_destroy,
     .allocate = allocate,
-    .release = release,
-    .upload = copy,
-    .download = copy,
-    .sync = sync,
-    .kernels = kernels,
+    .release = gbg_cpu_release,
+    .upload = gbg_cpu_copy,
+    .download = gbg_cpu_copy,
+    .sync = gbg_cpu_sync,
+    .kernels = gbg_cpu_kernels,
 };

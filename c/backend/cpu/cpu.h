@@ -14,11 +14,23 @@ struct gbg_cpu_variant {
 struct gbg_device {
     struct gbg_context *context;
     int threads;
+    int poison; /* 1: fresh scratch memory is filled with NaN */
     const struct gbg_cpu_variant *variant;
+    struct gbg_kernels
+        kernels; /* those of the variant, unless another backend puts its own first */
 };
 
-/* Set-up functions shared with the poison backend. */
+/* Scratch memory of kernels; undefined contents. Released by gbg_release. */
+int gbg_cpu_scratch(struct gbg_device *device, void **pointer, int64_t count, size_t size,
+                    const char *what);
+
+/* Functions of the backend that the poison backend shares. */
 int gbg_cpu_probe(struct gbg_context *context);
 int gbg_cpu_create(struct gbg_context *context, struct gbg_device **device);
+void gbg_cpu_destroy(struct gbg_device *device);
+void gbg_cpu_release(struct gbg_device *device, void *pointer);
+int gbg_cpu_copy(struct gbg_device *device, void *to, const void *from, size_t bytes);
+int gbg_cpu_sync(struct gbg_device *device);
+const struct gbg_kernels *gbg_cpu_kernels(const struct gbg_device *device);
 
 #endif

@@ -1,5 +1,50 @@
-/* L1: the CPU backend with every fresh array filled with NaN, to find reads of what nobody wrote. */
+/* L1: the CPU backend with every fresh array and every output filled with NaN, to find reads of
+ * what nobody wrote. */
+#include <string.h>
+
 #include "backend/backend.h"
 #include "backend/cpu/cpu.h"
+#include "core/memory.h"
 
-const struct gbg_backend gbg_backend_poison = {.name = "poison", .probe = gbg_cpu_probe};
+enum { POISON = 0xFF }; /* bytes of a NaN, of the integer -1, of the largest unsigned */
+
+/* The padding is poisoned too: what kernels read there must not matter. */
+static int allocate(struct gbg_device *device, void **pointer, int64_t count, size_t size,
+                    const char *what)
+{
+    int status = gbg_allocate(device->context, pointer, count, size, what);
+    if (status == GBG_OK) {
+        memset(*pointer, POISON, (size_t)count * size + GBG_ALIGNMENT);
+    }
+    return status;
+}
+
+static int normals(struct gbg_device *device, const struct gbg_noise *noise, uint64_t step,
+                   uint64_t first, int64_t n, int dimension, double *values)
+{
+    memset(values, POISON, (size_t)(n * dimension) * sizeof *values);
+    return device->variant->kernels.normals(device, noise, step, first, n, dimension, values);
+}
+
+static int create(struct gbg_context *context, struct gbg_device **device)
+{
+    int status = gbg_cpu_create(context, device);
+    if (status == GBG_OK) {
+        (*device)->poison = 1;
+        (*device)->kernels.normals = normals;
+    }
+    return status;
+}
+
+const struct gbg_backend gbg_backend_poison = {
+    .name = "poison",
+    .probe = gbg_cpu_probe,
+    .create = create,
+    .destroy = gbg_cpu_destroy,
+    .allocate = allocate,
+    .release = gbg_cpu_release,
+    .upload = gbg_cpu_copy,
+    .download = gbg_cpu_copy,
+    .sync = gbg_cpu_sync,
+    .kernels = gbg_cpu_kernels,
+};
