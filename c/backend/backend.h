@@ -100,9 +100,11 @@ struct gbg_kernels {
     int (*put_back)(struct gbg_device *device, struct gbg_state *state);
     int (*contacts)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                     struct gbg_contacts *contacts);
-    /* The overlapping pair of lowest indices, and how many there are. */
-    int (*overlaps)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
-                    double tolerance, struct gbg_pair *first, int64_t *count);
+    /* Pairs closer than contact (1 - tolerance): their number, the one of lowest indices, and the
+     * first `capacity` as indices first < second in ascending order (NULL with capacity 0). */
+    int (*overlaps)(struct gbg_device *device, struct gbg_state *state, double tolerance,
+                    int64_t capacity, int32_t *first, int32_t *second, struct gbg_pair *lowest,
+                    int64_t *count);
     /* A pair whose connecting vector turned by more than a right angle during the step, looked for
      * among all pairs that were within `reach` before it. */
     int (*passed)(struct gbg_device *device, struct gbg_state *state, double reach,

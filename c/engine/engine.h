@@ -4,8 +4,82 @@
 
 #include "backend/backend.h"
 #include "core/context.h"
+#include "core/view.h"
 #include "engine/view.h"
 #include "gamboge/engine.h"
 #include "scene/scene.h"
+
+enum { GBG_STEPS_MAX = 6 + GBG_MAX_FORCES };
+
+/* A step of the plan: what `gamboge check` prints and what run calls in this order. */
+struct gbg_plan_step {
+    const char *kernel;
+    char what[120];
+    double bytes; /* a particle, of the arrays that only this step needs */
+    int (*run)(struct gbg_engine *engine, const struct gbg_plan_step *step);
+    int force; /* index of the scene's force, for force steps */
+};
+
+struct gbg_engine {
+    struct gbg_context *context;
+    struct gbg_scene scene; /* resolved copy, without particle arrays */
+    const struct gbg_backend *backend;
+    const struct gbg_kernels *kernels;
+    struct gbg_device *device;
+    struct gbg_state state;
+    struct gbg_list *pairs;    /* for cut-off forces */
+    struct gbg_list *contacts; /* for hard cores */
+
+    struct gbg_plan_step plan[GBG_STEPS_MAX];
+    int n_plan;
+    int use_double; /* forces by the double kernels */
+    double cutoff;  /* largest of the cut-off forces */
+    struct gbg_noise noise;
+    double contact; /* largest contact distance; 0: no hard cores */
+    double least_contact;
+
+    uint64_t step;
+    double seconds;
+    double moved; /* largest move of a particle in the last step, for the lists */
+    struct gbg_moves moves;
+    int forces_current; /* 1: force[] belongs to the present positions */
+    int64_t contact_rounds, contact_pairs, overlaps_left;
+
+    int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
+    int32_t *species; /* for views: made when first asked for */
+    int64_t *id;
+    uint32_t *words; /* transfer buffer of one axis, made when first asked for */
+};
+
+/* Makes an engine from a resolved scene with its particles (sorted by id); takes nothing over. */
+int gbg_engine_make(struct gbg_scene *scene, const struct gbg_particles *particles,
+                    struct gbg_engine **engine);
+void gbg_engine_free(struct gbg_engine *engine);
+
+/* Fills engine->plan and makes the lists; refuses what the backend cannot do. */
+int gbg_engine_plan(struct gbg_engine *engine);
+
+/* Advances; a refused step leaves the state of the last good one. */
+int gbg_engine_advance(struct gbg_engine *engine, int64_t steps);
+/* Forces at the present positions into state.force (made if the scene has none: zeros). */
+int gbg_engine_evaluate_forces(struct gbg_engine *engine);
+/* Error of the present forces on a sample of particles. */
+int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
+                             double *rms_over_median);
+
+/* GBG_E_OVERLAP with both ids if hard cores overlap now. */
+int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call);
+
+/* Encodes n coordinates (order of ids through rank) into the state. */
+int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points);
+int gbg_engine_decode(struct gbg_engine *engine, int wrapped, int axis, double *base,
+                      ptrdiff_t step);
+
+double gbg_engine_bytes(const struct gbg_engine *engine);
+
+static inline int64_t gbg_engine_rank(const struct gbg_engine *engine, int64_t k)
+{
+    return engine->rank ? engine->rank[k] : k;
+}
 
 #endif

@@ -1,0 +1,165 @@
+/* L1, CPU: cells of a periodic box with the particles sorted into them. */
+#include "backend/cpu/grid.h"
+
+#include <string.h>
+
+#include "core/context.h"
+#include "core/memory.h"
+
+/* Cells an axis: as many as the radius allows, but not many more cells than particles in all. */
+static void choose_cells(struct gbg_grid *grid, const struct gbg_box *box, double radius)
+{
+    double most = 2.0 * (double)grid->n + 64.0, product = 1.0;
+    double wanted[3] = {1.0, 1.0, 1.0};
+    for (int a = 0; a < grid->dimension; a++) {
+        /* a high word is 2^-32 of the box wide, so edges can be short by that much */
+        double edge = radius * (1.0 + 1e-9) + box->length[a] * 0x1p-31;
+        wanted[a] = floor(box->length[a] / edge);
+        wanted[a] = wanted[a] < 1.0 ? 1.0 : wanted[a];
+        product *= wanted[a];
+    }
+    while (product > most) {
+        int longest = 0;
+        for (int a = 1; a < grid->dimension; a++) {
+            longest = wanted[a] > wanted[longest] ? a : longest;
+        }
+        product /= wanted[longest];
+        wanted[longest] = ceil(wanted[longest] / 2.0);
+        product *= wanted[longest];
+    }
+    for (int a = 0; a < 3; a++) {
+        grid->cells[a] = (int)wanted[a];
+    }
+    grid->n_cells = (int64_t)grid->cells[0] * grid->cells[1] * grid->cells[2];
+}
+
+static int reserve(struct gbg_context *context, struct gbg_grid *grid)
+{
+    int status = GBG_OK;
+    if (grid->n_cells + 1 > grid->cell_capacity) {
+        gbg_release(grid->first);
+        grid->cell_capacity = 0;
+        status = gbg_allocate(context, (void **)&grid->first, grid->n_cells + 1,
+                              sizeof *grid->first, "cell starts");
+        grid->cell_capacity = status == GBG_OK ? grid->n_cells + 1 : 0;
+    }
+    if (status == GBG_OK && grid->n > grid->particle_capacity) {
+        gbg_release(grid->particle);
+        gbg_release(grid->cell_of);
+        grid->particle_capacity = 0;
+        grid->cell_of = NULL;
+        status = gbg_allocate(context, (void **)&grid->particle, grid->n, sizeof *grid->particle,
+                              "cell members");
+        if (status == GBG_OK) {
+            status = gbg_allocate(context, (void **)&grid->cell_of, grid->n, sizeof *grid->cell_of,
+                                  "cells of particles");
+        }
+        for (int a = 0; status == GBG_OK && a < grid->dimension; a++) {
+            gbg_release(grid->position[a]);
+            status = gbg_allocate(context, (void **)&grid->position[a], grid->n,
+                                  sizeof *grid->position[a], "sorted positions");
+        }
+        grid->particle_capacity = status == GBG_OK ? grid->n : 0;
+    }
+    return status;
+}
+
+/* floor(fraction * cells): exact, so cells never disagree about a particle on a face. */
+static inline int32_t cell_index(uint32_t high, int cells)
+{
+    return (int32_t)((uint64_t)high * (uint64_t)cells >> 32);
+}
+
+int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const struct gbg_box *box,
+                   double radius, int64_t n, uint32_t *const *high, uint32_t *const *low)
+{
+    grid->dimension = box->dimension;
+    grid->n = n;
+    choose_cells(grid, box, radius);
+    int status = reserve(context, grid);
+    if (status != GBG_OK) {
+        return status;
+    }
+    memset(grid->first, 0, (size_t)(grid->n_cells + 1) * sizeof *grid->first);
+    for (int64_t i = 0; i < n; i++) {
+        int32_t cell = 0;
+        for (int a = grid->dimension - 1; a >= 0; a--) {
+            cell = cell * grid->cells[a] + cell_index(high[a][i], grid->cells[a]);
+        }
+        grid->cell_of[i] = cell;
+        grid->first[cell + 1]++;
+    }
+    for (int64_t c = 0; c < grid->n_cells; c++) {
+        grid->first[c + 1] += grid->first[c];
+    }
+    for (int64_t i = 0; i < n; i++) {
+        int32_t slot = grid->first[grid->cell_of[i]]++;
+        grid->particle[slot] = (int32_t)i;
+        for (int a = 0; a < grid->dimension; a++) {
+            grid->position[a][slot] = gbg_join(high[a][i], low[a][i]);
+        }
+    }
+    /* filling advanced every start to its end: shift back */
+    memmove(grid->first + 1, grid->first, (size_t)grid->n_cells * sizeof *grid->first);
+    grid->first[0] = 0;
+    return GBG_OK;
+}
+
+void gbg_grid_release(struct gbg_grid *grid)
+{
+    gbg_release(grid->first);
+    gbg_release(grid->particle);
+    gbg_release(grid->cell_of);
+    for (int a = 0; a < 3; a++) {
+        gbg_release(grid->position[a]);
+    }
+    memset(grid, 0, sizeof *grid);
+}
+
+/* The distinct cells c-1, c, c+1 of a periodic axis. */
+static int around(int c, int cells, int out[3])
+{
+    if (cells < 3) {
+        for (int k = 0; k < cells; k++) {
+            out[k] = k;
+        }
+        return cells;
+    }
+    out[0] = c == 0 ? cells - 1 : c - 1;
+    out[1] = c;
+    out[2] = c == cells - 1 ? 0 : c + 1;
+    return 3;
+}
+
+static int add_row(const struct gbg_grid *grid, int64_t row, int x, struct gbg_run *runs)
+{
+    int columns[3], count = around(x, grid->cells[0], columns), made = 0;
+    const int32_t *first = grid->first + row * grid->cells[0];
+    if (count == 3 && x > 0 && x < grid->cells[0] - 1) { /* three neighbours in one run */
+        runs[0] = (struct gbg_run){first[x - 1], first[x + 2]};
+        return 1;
+    }
+    for (int k = 0; k < count; k++) {
+        struct gbg_run run = {first[columns[k]], first[columns[k] + 1]};
+        if (made > 0 && runs[made - 1].end == run.begin) {
+            runs[made - 1].end = run.end;
+        } else {
+            runs[made++] = run;
+        }
+    }
+    return made;
+}
+
+int gbg_grid_runs(const struct gbg_grid *grid, int32_t cell, struct gbg_run runs[GBG_RUNS_MAX])
+{
+    int x = cell % grid->cells[0], y = cell / grid->cells[0] % grid->cells[1];
+    int z = cell / grid->cells[0] / grid->cells[1];
+    int rows[3], layers[3], made = 0;
+    int n_rows = around(y, grid->cells[1], rows), n_layers = around(z, grid->cells[2], layers);
+    for (int l = 0; l < n_layers; l++) {
+        for (int r = 0; r < n_rows; r++) {
+            made += add_row(grid, (int64_t)layers[l] * grid->cells[1] + rows[r], x, runs + made);
+        }
+    }
+    return made;
+}

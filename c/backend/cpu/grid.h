@@ -1,0 +1,43 @@
+/* L1, CPU: cells of a periodic box with the particles sorted into them. */
+#ifndef GBG_BACKEND_CPU_GRID_H
+#define GBG_BACKEND_CPU_GRID_H
+
+#include <stdint.h>
+
+#include "core/box.h"
+
+struct gbg_context;
+
+/* Cells of edge >= the radius asked for; x varies fastest. Inside a cell particles stand in
+ * ascending order. A cell's interval is half open and found by integer arithmetic alone. */
+struct gbg_grid {
+    int dimension;
+    int cells[3];
+    int64_t n, n_cells, cell_capacity, particle_capacity;
+    int32_t *first;        /* n_cells + 1: where a cell begins */
+    int32_t *particle;     /* n: indices, sorted by cell */
+    uint64_t *position[3]; /* n: fractions in the same order */
+    int32_t *cell_of;      /* n: cell of each particle, in the original order */
+};
+
+/* A run of sorted slots. */
+struct gbg_run {
+    int32_t begin, end;
+};
+enum { GBG_RUNS_MAX = 18 };
+
+/* Sorts n particles into cells of edge >= radius; may be called again on the same grid. */
+int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const struct gbg_box *box,
+                   double radius, int64_t n, uint32_t *const *high, uint32_t *const *low);
+void gbg_grid_release(struct gbg_grid *grid);
+
+/* Runs of slots that hold every particle within the radius of somebody in this cell, each slot
+ * once; returns their number. */
+int gbg_grid_runs(const struct gbg_grid *grid, int32_t cell, struct gbg_run runs[GBG_RUNS_MAX]);
+
+static inline uint64_t gbg_join(uint32_t high, uint32_t low)
+{
+    return (uint64_t)high << 32 | low;
+}
+
+#endif

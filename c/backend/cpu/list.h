@@ -1,0 +1,72 @@
+/* L1, CPU: pair lists: for 16 particles at a time, their neighbours slot by slot. */
+#ifndef GBG_BACKEND_CPU_LIST_H
+#define GBG_BACKEND_CPU_LIST_H
+
+#include <stdint.h>
+
+#include "backend/backend.h"
+#include "backend/cpu/grid.h"
+
+enum { GBG_SLICE = 16 };
+
+/* A range of slices that one thread works on, with its own memory. */
+struct gbg_chunk {
+    int64_t first_slice, end_slice;
+    int32_t *index; /* neighbour k of lane l of a slice: index[offset + k GBG_SLICE + l] */
+    int64_t used, capacity;
+    /* contact rounds: particles to look at, particles to move, and by how many quanta */
+    int32_t *look, *move;
+    int64_t *push[3];
+    int64_t n_look, n_move, pairs, work_capacity;
+    int stale;
+    int status;
+    double largest;
+};
+
+/* Coordinates for 32-bit pair work: the top `shift` bits of a fraction are dropped and the next 32
+ * kept, so that the resolution fits the radius and not the box; a difference read as a signed number
+ * is the minimum image for every pair of the list, because the period stays >= 4 radius. */
+struct gbg_list {
+    int dimension;
+    double reach, radius;
+    int shift[3];
+    float scale[3]; /* length of a unit of a local coordinate */
+    int64_t n, slices;
+    uint32_t *local[3]; /* present */
+    uint32_t *built[3]; /* when the list was built */
+    int64_t *offset;    /* slices: into the chunk's index */
+    int32_t *width;     /* slices: longest row */
+    int n_chunks;
+    struct gbg_chunk *chunk;
+    struct gbg_grid grid;
+    unsigned char *look; /* contact rounds: 1 = to be looked at in the next round */
+    int64_t builds;
+};
+
+static inline uint32_t gbg_local(uint32_t high, uint32_t low, int shift)
+{
+    return (uint32_t)(gbg_join(high, low) << shift >> 32);
+}
+
+int gbg_list_create(struct gbg_device *device, const struct gbg_state *state, double reach,
+                    double radius, struct gbg_list **list);
+void gbg_list_destroy(struct gbg_device *device, struct gbg_list *list);
+int gbg_list_update(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                    double moved);
+/* Builds at the present positions, whatever the displacements. */
+int gbg_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list);
+int64_t gbg_list_builds(const struct gbg_list *list);
+double gbg_list_bytes(const struct gbg_list *list);
+
+/* Length of the displacement of particle i since the list was built. */
+static inline float gbg_list_moved_squared(const struct gbg_list *list, int64_t i)
+{
+    float sum = 0.0f;
+    for (int a = 0; a < list->dimension; a++) {
+        float d = (float)(int32_t)(list->local[a][i] - list->built[a][i]) * list->scale[a];
+        sum += d * d;
+    }
+    return sum;
+}
+
+#endif

@@ -1,0 +1,168 @@
+/* L2: the plan: which kernels run in which order, and what they cost in memory. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+#include "engine/engine.h"
+#include "engine/steps.h"
+
+/* A high word is 2^-32 of the box. Pair forces from high words alone are wrong by about
+ * power * 2^-32 L/(2.4 d) for a pair at distance d; the mixed kernel is taken while that stays below
+ * this. */
+static const double mixed_limit = 3e-7;
+
+static struct gbg_plan_step *add(struct gbg_engine *engine, const char *kernel, double bytes,
+                                 int (*run)(struct gbg_engine *, const struct gbg_plan_step *),
+                                 const char *format, ...)
+{
+    struct gbg_plan_step *step = &engine->plan[engine->n_plan++];
+    va_list arguments;
+    step->kernel = kernel;
+    step->bytes = bytes;
+    step->run = run;
+    va_start(arguments, format);
+    vsnprintf(step->what, sizeof step->what, format, arguments);
+    va_end(arguments);
+    return step;
+}
+
+/* A length below which few pairs come: contact, or a tenth of the mean distance of points. */
+static double close_distance(const struct gbg_engine *engine)
+{
+    if (engine->least_contact > 0.0) {
+        return engine->least_contact;
+    }
+    double volume = 1.0;
+    int dimension = engine->state.box.dimension;
+    for (int a = 0; a < dimension; a++) {
+        volume *= engine->state.box.length[a];
+    }
+    double n = engine->state.owned > 0 ? (double)engine->state.owned : 1.0;
+    return 0.1 * pow(volume / n, 1.0 / dimension);
+}
+
+static void choose_precision(struct gbg_engine *engine)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    double longest = 0.0, power = 0.0;
+    for (int a = 0; a < scene->dimension; a++) {
+        longest = fmax(longest, engine->state.box.length[a]);
+    }
+    for (int f = 0; f < scene->n_forces; f++) {
+        if (scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
+            power = fmax(power, scene->force[f].power);
+        }
+    }
+    double error = power * 0x1p-32 * longest / (2.4 * close_distance(engine));
+    engine->use_double = scene->precision == GBG_PRECISION_DOUBLE ||
+                         (scene->precision == GBG_PRECISION_AUTO && error > mixed_limit);
+}
+
+/* Reach of a list that a caller wants, with the skin that the scene gives or a default. */
+static int make_list(struct gbg_engine *engine, double reach, double default_skin,
+                     struct gbg_list **list)
+{
+    double skin = engine->scene.skin > 0.0 ? engine->scene.skin : default_skin;
+    return engine->kernels->list_create(engine->device, &engine->state, reach, reach + skin, list);
+}
+
+static int plan_cutoff(struct gbg_engine *engine)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    int cut = 0;
+    for (int f = 0; f < scene->n_forces; f++) {
+        if (scene->force[f].sum == GBG_SUM_CUTOFF) {
+            engine->cutoff = fmax(engine->cutoff, scene->force[f].cutoff);
+            cut = 1;
+        }
+    }
+    if (!cut) {
+        return GBG_OK;
+    }
+    double unit = engine->contact > 0.0 ? engine->contact : 0.4 * engine->cutoff;
+    int status = make_list(engine, engine->cutoff, 0.4 * unit, &engine->pairs);
+    if (status == GBG_OK) {
+        add(engine, "list_update", 0.0, gbg_step_pair_list,
+            "neighbours within %.4g, rebuilt when somebody moved half the skin", engine->cutoff);
+    }
+    return status;
+}
+
+static int plan_forces(struct gbg_engine *engine)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    const struct gbg_kernels *kernels = engine->kernels;
+    double words = 8.0 * scene->dimension;
+    int status = plan_cutoff(engine);
+    for (int f = 0; status == GBG_OK && f < scene->n_forces; f++) {
+        const struct gbg_force *force = &scene->force[f];
+        struct gbg_plan_step *step;
+        if (force->sum == GBG_SUM_CUTOFF) {
+            step = add(engine, engine->use_double ? "cutoff_double" : "cutoff_mixed",
+                       f == 0 ? words : 0.0, gbg_step_cutoff, "r/r^%g within %.4g",
+                       force->power + 1.0, force->cutoff);
+        } else {
+            int missing = engine->use_double ? !kernels->direct_double : !kernels->direct_mixed;
+            if (missing) {
+                return gbg_fail(engine->context, GBG_E_UNBUILT, "forces[%d]: backend %s has no "
+                                "direct sum", f, engine->backend->name);
+            }
+            step = add(engine, engine->use_double ? "direct_double" : "direct_mixed",
+                       f == 0 ? words + 4.0 : 4.0, gbg_step_direct,
+                       "r/r^%g over all pairs, nearest images", force->power + 1.0);
+        }
+        step->force = f;
+    }
+    return status;
+}
+
+static int plan_cores(struct gbg_engine *engine)
+{
+    int status = make_list(engine, engine->contact, 0.4 * engine->contact, &engine->contacts);
+    if (status == GBG_OK) {
+        add(engine, "contacts", engine->scene.overlap ? 1.0 : 0.0, gbg_step_contacts,
+            "rule %s in rounds until no pair within %.4g overlaps",
+            engine->scene.rule == GBG_RULE_CONTACT ? "contact" : "bounce", engine->contact);
+    }
+    return status;
+}
+
+int gbg_engine_plan(struct gbg_engine *engine)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    double words = 8.0 * scene->dimension;
+    choose_precision(engine);
+    int status = plan_forces(engine);
+    if (status == GBG_OK && engine->contact > 0.0) {
+        add(engine, "keep", words, gbg_step_keep, "positions before the step");
+    }
+    if (status == GBG_OK && scene->dynamics == GBG_DYNAMICS_BROWNIAN) {
+        add(engine, "integrate", words, gbg_step_integrate, "x += F dt + sqrt(T dt) xi, dt %g, T %g",
+            scene->dt, scene->temperature);
+    }
+    if (status == GBG_OK && engine->contact > 0.0) {
+        status = plan_cores(engine);
+    }
+    return status;
+}
+
+double gbg_engine_bytes(const struct gbg_engine *engine)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    const struct gbg_state *state = &engine->state;
+    double axis = 8.0 + (state->image[0] ? 4.0 : 0.0) + (state->force[0] ? 8.0 : 0.0) +
+                  (state->start_high[0] ? 8.0 : 0.0) + (state->start_image[0] ? 4.0 : 0.0);
+    double bytes = axis * scene->dimension + (state->species ? 1.0 : 0.0) +
+                   (state->id ? 8.0 : 0.0) + (state->overlapped ? 1.0 : 0.0) +
+                   (state->source ? 4.0 : 0.0) + (engine->rank ? 8.0 : 0.0) +
+                   (engine->species ? 4.0 : 0.0) + (engine->id ? 8.0 : 0.0) +
+                   (engine->words ? 4.0 : 0.0);
+    double n = state->owned > 0 ? (double)state->owned : 1.0;
+    if (engine->pairs) {
+        bytes += engine->kernels->list_bytes(engine->pairs) / n;
+    }
+    if (engine->contacts) {
+        bytes += engine->kernels->list_bytes(engine->contacts) / n;
+    }
+    return bytes;
+}

@@ -1,0 +1,15 @@
+/* L2: the steps that a plan is made of. */
+#ifndef GBG_ENGINE_STEPS_H
+#define GBG_ENGINE_STEPS_H
+
+struct gbg_engine;
+struct gbg_plan_step;
+
+int gbg_step_pair_list(struct gbg_engine *engine, const struct gbg_plan_step *step);
+int gbg_step_cutoff(struct gbg_engine *engine, const struct gbg_plan_step *step);
+int gbg_step_direct(struct gbg_engine *engine, const struct gbg_plan_step *step);
+int gbg_step_keep(struct gbg_engine *engine, const struct gbg_plan_step *step);
+int gbg_step_integrate(struct gbg_engine *engine, const struct gbg_plan_step *step);
+int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *step);
+
+#endif
