@@ -72,15 +72,22 @@ struct gbg_kernels {
     /* xi(dimension, n) for ids first .. first+n-1 at a step. */
     int (*normals)(struct gbg_device *device, const struct gbg_noise *noise, uint64_t step,
                    uint64_t first, int64_t n, int dimension, double *values);
-    /* x += F dt + scale xi, image counts kept if present. A bad move leaves the rest undefined. */
+    /* x += sign (F dt + scale xi), image counts kept if present; a particle with a bad move stays.
+     * sign -1 after +1 with the same arguments puts every bit back. */
     int (*integrate)(struct gbg_device *device, struct gbg_state *state,
-                     const struct gbg_noise *noise, uint64_t step, double dt,
+                     const struct gbg_noise *noise, uint64_t step, double dt, int sign,
                      struct gbg_moves *moves);
     /* optional: NULL means that the planner refuses the scene and names the term */
     /* F_i (+)= mobility_i sum_k alpha_k r/|r|^(power+1) over all k, nearest images; add: 0 stores,
      * 1 adds to what is there. Mixed: 32-bit pairs from the high words, 64-bit sums. */
     int (*direct_mixed)(struct gbg_device *device, struct gbg_state *state, double power, int add);
     int (*direct_double)(struct gbg_device *device, struct gbg_state *state, double power, int add);
+
+    /* The same force in double precision on listed particles only: out[axis][target]; cutoff 0: all
+     * pairs. The reference that errors are measured against. */
+    int (*direct_targets)(struct gbg_device *device, struct gbg_state *state, double power,
+                          double cutoff, int64_t n_targets, const int32_t *target,
+                          double *const *out);
 
     /* Pair lists. update builds when it must; moved: largest move since the last update. */
     int (*list_create)(struct gbg_device *device, const struct gbg_state *state, double reach,

@@ -43,7 +43,7 @@ struct gbg_engine {
     double moved; /* largest move of a particle in the last step, for the lists */
     struct gbg_moves moves;
     int forces_current; /* 1: force[] belongs to the present positions */
-    int64_t contact_rounds, contact_pairs, overlaps_left;
+    int64_t contact_rounds, contact_pairs; /* sums over steps */
 
     int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
     int32_t *species; /* for views: made when first asked for */
@@ -72,9 +72,15 @@ int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call);
 
 /* Encodes n coordinates (order of ids through rank) into the state. */
 int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points);
+/* The same for a running engine: refused, with everything as before, if hard cores would overlap. */
+int gbg_engine_replace(struct gbg_engine *engine, const struct gbg_points *points);
 int gbg_engine_decode(struct gbg_engine *engine, int wrapped, int axis, double *base,
                       ptrdiff_t step);
 
+/* SHA-256 text of step, ids and fractions in the order of ids. */
+int gbg_engine_digest(struct gbg_engine *engine, char text[65]);
+
+/* Bytes a particle that the engine holds now. */
 double gbg_engine_bytes(const struct gbg_engine *engine);
 
 static inline int64_t gbg_engine_rank(const struct gbg_engine *engine, int64_t k)

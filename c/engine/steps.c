@@ -74,7 +74,7 @@ int gbg_step_integrate(struct gbg_engine *engine, const struct gbg_plan_step *st
 {
     (void)step;
     int status = engine->kernels->integrate(engine->device, &engine->state, &engine->noise,
-                                            engine->step, engine->scene.dt, &engine->moves);
+                                            engine->step, engine->scene.dt, 1, &engine->moves);
     engine->moved = engine->moves.total;
     engine->forces_current = 0;
     if (status == GBG_OK && engine->moves.bad >= 0) {

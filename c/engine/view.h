@@ -23,7 +23,8 @@ struct gbg_engine_view {
 };
 
 /* The view of the present state; valid until the next call that changes the engine. */
-void gbg_engine_look(const struct gbg_engine *engine, struct gbg_engine_view *view);
+int gbg_engine_look(struct gbg_engine *engine, struct gbg_engine_view *view)
+    __attribute__((warn_unused_result));
 
 /* Copies of the present state for one axis, in the order of ids (n values). */
 int gbg_engine_copy_fractions(struct gbg_engine *engine, int axis, uint64_t *fraction);

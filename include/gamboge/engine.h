@@ -41,17 +41,17 @@ GBG_API int gbg_engine_forces(struct gbg_engine *engine, int64_t n, double *x, d
 GBG_API int gbg_engine_force_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
                                    double *rms_over_median);
 /* Species counted from base (0 or 1) and permanent ids, same order. */
-GBG_API int gbg_engine_species(const struct gbg_engine *engine, int64_t n, int32_t *species,
+GBG_API int gbg_engine_species(struct gbg_engine *engine, int64_t n, int32_t *species,
                                int base);
-GBG_API int gbg_engine_ids(const struct gbg_engine *engine, int64_t n, int64_t *ids);
+GBG_API int gbg_engine_ids(struct gbg_engine *engine, int64_t n, int64_t *ids);
 /* 1 for each particle that took part in an overlap during the last step, else 0; needs the scene
  * option output.trajectory.overlap. */
 GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags);
 
 /* Counters and quantities by name. Integers: "step", "particles", "species", "threads",
- * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps),
- * "overlaps_left", "reverted", "bytes_per_particle". Reals: "time", "dt", "seconds" (spent in run),
- * "largest_move" (last step). */
+ * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps).
+ * Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step), "packing",
+ * "bytes_per_particle". */
 GBG_API int gbg_engine_integer(const struct gbg_engine *engine, const char *name, int64_t *value);
 GBG_API int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value);
 

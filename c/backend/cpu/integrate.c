@@ -1,0 +1,145 @@
+/* L1, CPU, per instruction set: the Euler-Maruyama step of Brownian dynamics. */
+#include <math.h>
+
+#include "backend/cpu/cpu.h"
+#include "backend/cpu/grid.h"
+#include "backend/cpu/noise.h"
+#include "backend/cpu/variant.h"
+
+/* What every block of the loop needs. */
+struct euler {
+    struct gbg_state *state;
+    const struct gbg_noise *noise;
+    uint64_t step;
+    double dt;
+    int sign;
+};
+
+/* Squares of the largest moves; particles with a bad move: the lowest index. */
+struct extremes {
+    double drift, noise, total;
+    int64_t bad;
+};
+
+/* Moves of one vector of particles, in quanta. */
+struct block {
+    double drift[VF_LANES], noise[VF_LANES], total[VF_LANES];
+    int64_t quanta[3][VF_LANES];
+    int bad[VF_LANES];
+};
+
+static void draw(const struct euler *euler, int64_t first, float xi[3][VF_LANES])
+{
+    const struct gbg_state *state = euler->state;
+    vi id_low, id_high;
+    vf lanes[3];
+    if (state->id) {
+        uint32_t low[VF_LANES], high[VF_LANES];
+        for (int l = 0; l < VF_LANES; l++) { /* arrays are padded: reading past the end is allowed */
+            uint64_t id = first + l < state->owned ? state->id[first + l] : 0;
+            low[l] = (uint32_t)id;
+            high[l] = (uint32_t)(id >> 32);
+        }
+        id_low = vi_load(low);
+        id_high = vi_load(high);
+    } else {
+        gbg_noise_ids((uint64_t)first, &id_low, &id_high);
+    }
+    gbg_noise_lanes(euler->noise, euler->step, id_low, id_high, state->box.dimension, lanes);
+    for (int a = 0; a < state->box.dimension; a++) {
+        vf_store(xi[a], lanes[a]);
+    }
+}
+
+static inline void find_moves(const struct euler *euler, int64_t first, int lanes,
+                              struct block *block)
+{
+    const struct gbg_state *state = euler->state;
+    float xi[3][VF_LANES] = {{0.0f}};
+    if (euler->noise->scale > 0.0) { /* without noise none is drawn */
+        draw(euler, first, xi);
+    }
+    for (int l = 0; l < VF_LANES; l++) {
+        block->drift[l] = block->noise[l] = block->total[l] = 0.0;
+        block->bad[l] = 0;
+    }
+    for (int a = 0; a < state->box.dimension; a++) {
+        const double *force = state->force[a] ? state->force[a] + first : NULL;
+        double half = 0.5 * state->box.length[a], per_quantum = 1.0 / state->box.quantum[a];
+        for (int l = 0; l < lanes; l++) {
+            double drift = force ? force[l] * euler->dt : 0.0;
+            double noise = euler->noise->scale * (double)xi[a][l], total = drift + noise;
+            block->drift[l] += drift * drift;
+            block->noise[l] += noise * noise;
+            block->total[l] += total * total;
+            int good = fabs(total) < half; /* false for NaN too */
+            block->bad[l] |= !good;
+            block->quanta[a][l] = (int64_t)rint(good ? total * per_quantum : 0.0);
+        }
+    }
+}
+
+static inline void move(const struct euler *euler, int64_t first, int lanes,
+                        const struct block *block)
+{
+    struct gbg_state *state = euler->state;
+    for (int a = 0; a < state->box.dimension; a++) {
+        uint32_t *high = state->high[a] + first, *low = state->low[a] + first;
+        for (int l = 0; l < lanes; l++) {
+            int64_t quanta = block->bad[l] ? 0 : euler->sign * block->quanta[a][l];
+            uint64_t old = gbg_join(high[l], low[l]), moved = old + (uint64_t)quanta;
+            high[l] = (uint32_t)(moved >> 32);
+            low[l] = (uint32_t)moved;
+            if (state->image[a]) {
+                state->image[a][first + l] += (quanta > 0 && moved < old) - (quanta < 0 && moved > old);
+            }
+        }
+    }
+}
+
+static inline void note(const struct block *block, int64_t first, int lanes, struct extremes *seen)
+{
+    for (int l = 0; l < lanes; l++) {
+        seen->drift = fmax(seen->drift, block->drift[l]);
+        seen->noise = fmax(seen->noise, block->noise[l]);
+        seen->total = fmax(seen->total, block->total[l]);
+        if (block->bad[l] && (seen->bad < 0 || first + l < seen->bad)) {
+            seen->bad = first + l;
+        }
+    }
+}
+
+static void merge(const struct extremes *part, struct extremes *all)
+{
+    all->drift = fmax(all->drift, part->drift);
+    all->noise = fmax(all->noise, part->noise);
+    all->total = fmax(all->total, part->total);
+    if (part->bad >= 0 && (all->bad < 0 || part->bad < all->bad)) {
+        all->bad = part->bad;
+    }
+}
+
+int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state *state,
+                                    const struct gbg_noise *noise, uint64_t step, double dt,
+                                    int sign, struct gbg_moves *moves)
+{
+    struct euler euler = {state, noise, step, dt, sign};
+    struct extremes all = {0.0, 0.0, 0.0, -1};
+#pragma omp parallel num_threads(device->threads)
+    {
+        struct extremes seen = {0.0, 0.0, 0.0, -1};
+#pragma omp for schedule(static) nowait
+        for (int64_t first = 0; first < state->owned; first += VF_LANES) {
+            int lanes = state->owned - first < VF_LANES ? (int)(state->owned - first) : VF_LANES;
+            struct block block;
+            find_moves(&euler, first, lanes, &block);
+            move(&euler, first, lanes, &block);
+            note(&block, first, lanes, &seen);
+        }
+#pragma omp critical(gbg_integrate)
+        merge(&seen, &all); /* maxima: the order of threads does not matter */
+    }
+    *moves = (struct gbg_moves){sqrt(all.drift), sqrt(all.noise), sqrt(all.total), all.bad};
+    (void)device;
+    return GBG_OK;
+}

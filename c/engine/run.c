@@ -1,0 +1,74 @@
+/* L2: advances the state by the plan, and puts it back when a step is refused. */
+#include <stdio.h>
+#include <time.h>
+
+#include "engine/engine.h"
+#include "engine/steps.h"
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Undoes a refused step: from the coordinates kept before it if the scene has hard cores, otherwise
+ * by the same move backwards (the noise comes from a counter, the forces are still there). */
+static void undo(struct gbg_engine *engine, int integrated)
+{
+    if (engine->contact > 0.0) {
+        engine->kernels->put_back(engine->device, &engine->state);
+    } else if (integrated) {
+        struct gbg_moves ignored;
+        engine->kernels->integrate(engine->device, &engine->state, &engine->noise, engine->step,
+                                   engine->scene.dt, -1, &ignored);
+    }
+    engine->moved = 1e300; /* lists are built anew */
+    engine->forces_current = 0;
+}
+
+static int make_step(struct gbg_engine *engine)
+{
+    int integrated = 0;
+    for (int k = 0; k < engine->n_plan; k++) {
+        const struct gbg_plan_step *step = &engine->plan[k];
+        integrated |= step->run == gbg_step_integrate;
+        int status = step->run(engine, step);
+        if (status != GBG_OK) {
+            undo(engine, integrated);
+            return status;
+        }
+    }
+    engine->step++;
+    return GBG_OK;
+}
+
+int gbg_engine_advance(struct gbg_engine *engine, int64_t steps)
+{
+    double began = now();
+    int status = GBG_OK;
+    for (int64_t k = 0; k < steps && status == GBG_OK; k++) {
+        status = make_step(engine);
+    }
+    engine->seconds += now() - began;
+    return status;
+}
+
+int gbg_engine_evaluate_forces(struct gbg_engine *engine)
+{
+    if (engine->forces_current) {
+        return GBG_OK;
+    }
+    for (int k = 0; k < engine->n_plan; k++) {
+        const struct gbg_plan_step *step = &engine->plan[k];
+        if (step->run == gbg_step_pair_list || step->run == gbg_step_cutoff ||
+            step->run == gbg_step_direct) {
+            int status = step->run(engine, step);
+            if (status != GBG_OK) {
+                return status;
+            }
+        }
+    }
+    engine->forces_current = 1;
+    return GBG_OK;
+}
