@@ -27,7 +27,7 @@ struct gbg_state {
     uint32_t *start_high[3], *start_low[3]; /* coordinates before the step */
     int32_t *start_image[3];
     uint8_t *overlapped; /* 1: took part in an overlap in this step */
-    float *source;       /* alpha of each particle, for direct sums */
+    float *source;       /* alpha of each particle, for 32-bit pair sums */
     int n_species;
     double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
 };

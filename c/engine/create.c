@@ -22,9 +22,9 @@ static int allocate_state(struct gbg_engine *engine, int ids_are_indices)
 {
     struct gbg_state *state = &engine->state;
     const struct gbg_scene *scene = &engine->scene;
-    int status = GBG_OK, direct = 0;
+    int status = GBG_OK, sources = scene->n_forces > 0 && scene->n_species > 1;
     for (int f = 0; f < scene->n_forces; f++) {
-        direct |= scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE;
+        sources |= scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE;
     }
     for (int a = 0; status == GBG_OK && a < scene->dimension; a++) {
         status = device_array(engine, &state->high[a], 4, "positions");
@@ -54,7 +54,7 @@ static int allocate_state(struct gbg_engine *engine, int ids_are_indices)
     if (status == GBG_OK && scene->overlap) {
         status = device_array(engine, &state->overlapped, 1, "overlap flags");
     }
-    if (status == GBG_OK && direct) {
+    if (status == GBG_OK && sources) {
         status = device_array(engine, &state->source, 4, "sources");
     }
     return status;
@@ -127,6 +127,10 @@ static int upload_particles(struct gbg_engine *engine, const struct gbg_particle
             ((float *)buffer)[i] = (float)state->alpha[particles->species[i]];
         }
         status = engine->backend->upload(engine->device, state->source, buffer, 4 * n);
+    }
+    if (status == GBG_OK && state->overlapped) {
+        memset(buffer, 0, n);
+        status = engine->backend->upload(engine->device, state->overlapped, buffer, n);
     }
     if (status == GBG_OK && state->id) {
         status = engine->backend->upload(engine->device, state->id, particles->id, 8 * n);

@@ -58,12 +58,13 @@ static void choose_precision(struct gbg_engine *engine)
                          (scene->precision == GBG_PRECISION_AUTO && error > mixed_limit);
 }
 
-/* Reach of a list that a caller wants, with the skin that the scene gives or a default. */
+/* A list of that reach, with the skin that the scene gives or a default, at most the reach. */
 static int make_list(struct gbg_engine *engine, double reach, double default_skin,
                      struct gbg_list **list)
 {
     double skin = engine->scene.skin > 0.0 ? engine->scene.skin : default_skin;
-    return engine->kernels->list_create(engine->device, &engine->state, reach, reach + skin, list);
+    return engine->kernels->list_create(engine->device, &engine->state, reach,
+                                        reach + fmin(skin, reach), list);
 }
 
 static int plan_cutoff(struct gbg_engine *engine)

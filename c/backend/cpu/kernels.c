@@ -1,8 +1,26 @@
 /* L1: the table of kernels of one instruction set. */
 #include "backend/cpu/cpu.h"
+#include "backend/cpu/contacts.h"
+#include "backend/cpu/list.h"
 #include "backend/cpu/variant.h"
 
 const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
     .name = GBG_SIMD_NAME,
-    .kernels = {.normals = GBG_ISA_NAME(gbg_cpu_normals)},
+    .kernels =
+        {
+            .normals = GBG_ISA_NAME(gbg_cpu_normals),
+            .integrate = GBG_ISA_NAME(gbg_cpu_integrate),
+            .cutoff_mixed = GBG_ISA_NAME(gbg_cpu_cutoff_mixed),
+            .cutoff_double = GBG_ISA_NAME(gbg_cpu_cutoff_double),
+            .list_create = gbg_list_create,
+            .list_destroy = gbg_list_destroy,
+            .list_update = gbg_list_update,
+            .list_builds = gbg_list_builds,
+            .list_bytes = gbg_list_bytes,
+            .keep = gbg_keep,
+            .put_back = gbg_put_back,
+            .contacts = gbg_contacts,
+            .overlaps = gbg_overlaps,
+            .passed = gbg_passed,
+        },
 };

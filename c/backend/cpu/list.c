@@ -11,7 +11,7 @@ static void choose_shift(struct gbg_list *list, const struct gbg_box *box)
     for (int a = 0; a < list->dimension; a++) {
         double period = box->length[a];
         int shift = 0;
-        while (shift < 31 && period * 0.5 >= 4.0 * list->radius) {
+        while (shift < 31 && period * 0.5 >= 8.0 * list->reach) {
             period *= 0.5;
             shift++;
         }

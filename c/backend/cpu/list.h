@@ -24,8 +24,10 @@ struct gbg_chunk {
 };
 
 /* Coordinates for 32-bit pair work: the top `shift` bits of a fraction are dropped and the next 32
- * kept, so that the resolution fits the radius and not the box; a difference read as a signed number
- * is the minimum image for every pair of the list, because the period stays >= 4 radius. */
+ * kept, so that the resolution fits the reach and not the box; a difference read as a signed number
+ * is the minimum image for every pair of the list, because the period stays >= 8 reach and the
+ * radius is at most 2 reach. The shift follows from the reach alone: the skin must not change a bit
+ * of the forces. */
 struct gbg_list {
     int dimension;
     double reach, radius;

@@ -8,5 +8,14 @@
 int GBG_ISA_NAME(gbg_cpu_normals)(struct gbg_device *device, const struct gbg_noise *noise,
                                   uint64_t step, uint64_t first, int64_t n, int dimension,
                                   double *values);
+int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state *state,
+                                    const struct gbg_noise *noise, uint64_t step, double dt,
+                                    int sign, struct gbg_moves *moves);
+int GBG_ISA_NAME(gbg_cpu_cutoff_mixed)(struct gbg_device *device, struct gbg_state *state,
+                                       const struct gbg_list *list, double power, double cutoff,
+                                       int add);
+int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_state *state,
+                                        const struct gbg_list *list, double power, double cutoff,
+                                        int add);
 
 #endif

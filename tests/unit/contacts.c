@@ -1,0 +1,170 @@
+/* Tests of hard cores: no overlap after any step, refusals, momentum, coincident particles. */
+#include "made_scene.h"
+
+static void run_checked(struct gbg_engine *engine, int steps)
+{
+    for (int k = 0; k < steps; k++) {
+        int status = gbg_engine_advance(engine, 1);
+        if (status != GBG_OK) {
+            fail_msg("%s", gbg_message(engine->context));
+        }
+        double closest = naive_closest(engine);
+        if (closest < 1.0 - 1e-12) {
+            fail_msg("step %d: closest pair at %.17g contacts", k, closest);
+        }
+    }
+}
+
+static void no_overlap_after_any_step(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    struct gbg_context *context = made_context("cpu:threads=2");
+    for (int rule = 0; rule < 2; rule++) {
+        double square[2] = {30.0 * 1.06, 30.0 * 1.06}, cube[3] = {8.8, 9.0, 9.2};
+        struct gbg_scene flat = made_scene(context, 2, square), deep = made_scene(context, 3, cube);
+        flat.rule = deep.rule = rule ? GBG_RULE_CONTACT : GBG_RULE_BOUNCE;
+        made_lattice(&made, &flat, 30, 0.01);
+        struct gbg_engine *engine = made_engine(&flat, &made);
+        run_checked(engine, 30);
+        assert_true(engine->contact_rounds > 0);
+        print_message("2D rule %d: %.2f rounds a step\n", rule,
+                      (double)engine->contact_rounds / 30.0);
+        gbg_engine_free(engine);
+        made_lattice(&made, &deep, 8, 0.01);
+        engine = made_engine(&deep, &made);
+        run_checked(engine, 30);
+        gbg_engine_free(engine);
+    }
+    gbg_context_destroy(&context);
+}
+
+static void unequal_diameters(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    struct gbg_context *context = made_context("cpu");
+    double length[2] = {40.0, 40.0};
+    struct gbg_scene scene = made_scene(context, 2, length);
+    scene.species[0].diameter = 0.1; /* 1 : 20 */
+    scene.species[1].diameter = 2.0;
+    scene.temperature = 0.05;
+    made_lattice(&made, &scene, 18, 0.01);
+    struct gbg_engine *engine = made_engine(&scene, &made);
+    run_checked(engine, 60);
+    assert_true(engine->contact_pairs > 0);
+    gbg_engine_free(engine);
+    gbg_context_destroy(&context);
+}
+
+static void overlapping_and_coincident_starts_are_refused(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    struct gbg_context *context = made_context("cpu");
+    double length[2] = {20.0, 20.0};
+    struct gbg_scene scene = made_scene(context, 2, length);
+    made_lattice(&made, &scene, 10, 0.0);
+    made.store[0][57] = made.store[0][56];
+    made.store[1][57] = made.store[1][56];
+    struct gbg_engine *engine = NULL;
+    assert_int_equal(gbg_engine_make(&scene, &made.p, &engine), GBG_E_OVERLAP);
+    assert_non_null(strstr(gbg_message(context), "particles 56 and 57 coincide"));
+    made.store[0][57] += 1.0 - 1e-6;
+    assert_int_equal(gbg_engine_make(&scene, &made.p, &engine), GBG_E_OVERLAP);
+    assert_non_null(strstr(gbg_message(context), "56 and 57 overlap"));
+    made.store[0][57] = made.store[0][56] + 1.0 + 1e-15; /* touching to rounding is accepted */
+    assert_int_equal(gbg_engine_make(&scene, &made.p, &engine), GBG_OK);
+    gbg_engine_free(engine);
+    gbg_context_destroy(&context);
+}
+
+/* A step so large that particles would jump over each other is refused, and nothing has changed. */
+static void too_large_steps_are_refused(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    struct gbg_context *context = made_context("cpu");
+    double length[2] = {24.0, 24.0};
+    struct gbg_scene scene = made_scene(context, 2, length);
+    scene.dt = 400.0; /* noise of 2 sigma a step */
+    made_lattice(&made, &scene, 20, 0.01);
+    struct gbg_engine *engine = made_engine(&scene, &made);
+    char before[65], after[65];
+    assert_int_equal(gbg_engine_digest(engine, before), GBG_OK);
+    assert_int_equal(gbg_engine_advance(engine, 5), GBG_E_STEP);
+    print_message("%s\n", gbg_message(context));
+    assert_non_null(strstr(gbg_message(context), "largest dt estimated"));
+    assert_int_equal(gbg_engine_digest(engine, after), GBG_OK);
+    assert_string_equal(before, after);
+    gbg_engine_free(engine);
+
+    scene.rule = GBG_RULE_NONE; /* ideal gas: only moves beyond half the box are refused */
+    scene.dt = 1e6;
+    engine = made_engine(&scene, &made);
+    assert_int_equal(gbg_engine_digest(engine, before), GBG_OK);
+    assert_int_equal(gbg_engine_advance(engine, 1), GBG_E_STEP);
+    assert_int_equal(gbg_engine_digest(engine, after), GBG_OK);
+    assert_string_equal(before, after);
+    gbg_engine_free(engine);
+    gbg_context_destroy(&context);
+}
+
+/* Pushes of a pair are opposite to the last bit: the sum of all fractions moves by the free moves
+ * alone, which a run without hard cores makes too. */
+static void contacts_conserve_the_centre(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    static uint64_t fraction[5000];
+    struct gbg_context *context = made_context("cpu:threads=2");
+    double length[2] = {31.0, 31.0};
+    uint64_t sums[2] = {0, 0};
+    for (int cores = 0; cores < 2; cores++) {
+        struct gbg_scene scene = made_scene(context, 2, length);
+        scene.rule = cores ? GBG_RULE_BOUNCE : GBG_RULE_NONE;
+        made_lattice(&made, &scene, 30, 0.01);
+        struct gbg_engine *engine = made_engine(&scene, &made);
+        assert_int_equal(gbg_engine_advance(engine, 20), GBG_OK);
+        assert_true(cores == 0 || engine->contact_pairs > 100);
+        assert_int_equal(gbg_engine_copy_fractions(engine, 0, fraction), GBG_OK);
+        for (int64_t i = 0; i < made.p.n; i++) {
+            sums[cores] += fraction[i];
+        }
+        gbg_engine_free(engine);
+    }
+    assert_true(sums[0] == sums[1]);
+    gbg_context_destroy(&context);
+}
+
+static void small_systems(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    struct gbg_context *context = made_context("cpu:threads=2");
+    double length[2] = {4.0, 4.0};
+    for (int64_t n = 0; n <= 3; n++) {
+        struct gbg_scene scene = made_scene(context, 2, length);
+        made_lattice(&made, &scene, 3, 0.0);
+        made.p.n = n;
+        struct gbg_engine *engine = made_engine(&scene, &made);
+        assert_int_equal(gbg_engine_advance(engine, 200), GBG_OK);
+        assert_int_equal(engine->step, 200);
+        assert_true(naive_closest(engine) >= 1.0 - 1e-12);
+        gbg_engine_free(engine);
+    }
+    gbg_context_destroy(&context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_overlap_after_any_step),
+        cmocka_unit_test(unequal_diameters),
+        cmocka_unit_test(overlapping_and_coincident_starts_are_refused),
+        cmocka_unit_test(too_large_steps_are_refused),
+        cmocka_unit_test(contacts_conserve_the_centre),
+        cmocka_unit_test(small_systems),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

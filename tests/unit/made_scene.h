@@ -1,0 +1,119 @@
+/* Tests: small scenes and engines made in memory, and naive loops to compare them with. */
+#ifndef GBG_TESTS_MADE_SCENE_H
+#define GBG_TESTS_MADE_SCENE_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "core/random.h"
+#include "engine/engine.h"
+
+static inline double made_uniform(uint64_t k)
+{
+    struct gbg_philox r = gbg_philox(gbg_philox_counter(k, 0, 99), 12345, 6789);
+    return gbg_uniform(r.word[0], r.word[1]);
+}
+
+static inline struct gbg_context *made_context(const char *text)
+{
+    struct gbg_context *context;
+    assert_int_equal(gbg_context_create(text, &context), GBG_OK);
+    return context;
+}
+
+/* A resolved scene without particles: Brownian, no forces, bounce rule, two species A(alpha -1,
+ * mobility 1) and B(alpha 1, mobility -2) of diameter 1. */
+static inline struct gbg_scene made_scene(struct gbg_context *context, int dimension,
+                                          const double *length)
+{
+    struct gbg_scene scene = {.context = context, .dimension = dimension, .n_species = 2};
+    for (int a = 0; a < dimension; a++) {
+        scene.length[a] = length[a];
+        scene.origin[a] = -0.25 * length[a];
+    }
+    scene.species[0] = (struct gbg_species){"A", 1.0, -1.0, 1.0, -1.0, -1};
+    scene.species[1] = (struct gbg_species){"B", 1.0, 1.0, -2.0, -1.0, -1};
+    scene.start = GBG_START_LATTICE;
+    scene.rule = GBG_RULE_BOUNCE;
+    scene.max_rounds = 10000;
+    scene.dynamics = GBG_DYNAMICS_BROWNIAN;
+    scene.dt = 0.01;
+    scene.temperature = 0.01;
+    scene.seed = 7;
+    return scene;
+}
+
+struct made_particles {
+    struct gbg_particles p;
+    double store[3][5000];
+    int32_t species[5000];
+    int64_t id[5000];
+};
+
+/* n particles on a jittered square or cubic lattice with spacing box/m, alternating species. */
+static inline void made_lattice(struct made_particles *made, const struct gbg_scene *scene,
+                                int64_t m, double jitter)
+{
+    int64_t n = scene->dimension == 2 ? m * m : m * m * m;
+    assert_true(n <= 5000);
+    made->p = (struct gbg_particles){n, scene->dimension,
+                                     {made->store[0], made->store[1], made->store[2]},
+                                     made->species, made->id};
+    for (int64_t i = 0; i < n; i++) {
+        int64_t cell[3] = {i % m, i / m % m, i / m / m};
+        for (int a = 0; a < scene->dimension; a++) {
+            double shift = jitter * (2.0 * made_uniform((uint64_t)(3 * i + a)) - 1.0);
+            made->store[a][i] =
+                scene->origin[a] + scene->length[a] / (double)m * ((double)cell[a] + 0.5 + shift);
+        }
+        made->species[i] = (int32_t)(made_uniform((uint64_t)(100000 + i)) < 0.5);
+        made->id[i] = i;
+    }
+}
+
+static inline struct gbg_engine *made_engine(struct gbg_scene *scene,
+                                             const struct made_particles *made)
+{
+    struct gbg_engine *engine = NULL;
+    int status = gbg_engine_make(scene, &made->p, &engine);
+    if (status != GBG_OK) {
+        fail_msg("%s", gbg_message(scene->context));
+    }
+    return engine;
+}
+
+/* Smallest distance over contact distance of all pairs, by a plain double loop. */
+static inline double naive_closest(struct gbg_engine *engine)
+{
+    static double r[3][5000];
+    double least = INFINITY;
+    int64_t n = engine->state.owned;
+    int dimension = engine->state.box.dimension;
+    for (int a = 0; a < dimension; a++) {
+        assert_int_equal(gbg_engine_decode(engine, 1, a, r[a], 1), GBG_OK);
+    }
+    for (int64_t i = 0; i < n; i++) {
+        for (int64_t j = 0; j < i; j++) {
+            double squared = 0.0;
+            for (int a = 0; a < dimension; a++) {
+                double length = engine->state.box.length[a], d = r[a][i] - r[a][j];
+                d -= length * rint(d / length);
+                squared += d * d;
+            }
+            int s = engine->state.species ? engine->state.species[i] : 0;
+            int t = engine->state.species ? engine->state.species[j] : 0;
+            double contact = 0.5 * (engine->state.diameter[s] + engine->state.diameter[t]);
+            least = fmin(least, sqrt(squared) / contact);
+        }
+    }
+    return least;
+}
+
+#endif
