@@ -17,8 +17,10 @@ static int no_engine(const char *call)
 int gbg_engine_create(struct gbg_scene *scene, struct gbg_engine **engine)
 {
     if (!scene || !engine) {
-        return gbg_fail(scene ? scene->context : NULL, GBG_E_ARGUMENT, "gbg_engine_create: %s is "
-                        "NULL", scene ? "engine" : "scene");
+        return gbg_fail(scene ? scene->context : NULL, GBG_E_ARGUMENT,
+                        "gbg_engine_create: %s is "
+                        "NULL",
+                        scene ? "engine" : "scene");
     }
     *engine = NULL;
     int status = GBG_OK;
@@ -54,11 +56,14 @@ int gbg_engine_run(struct gbg_engine *engine, int64_t steps)
         return no_engine("gbg_engine_run");
     }
     if (steps < 0) {
-        return gbg_fail(engine->context, GBG_E_ARGUMENT, "gbg_engine_run: steps is %lld, allowed "
-                        "from 0", (long long)steps);
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_run: steps is %lld, allowed "
+                        "from 0",
+                        (long long)steps);
     }
     if (engine->scene.dynamics == GBG_DYNAMICS_NONE) {
-        return gbg_fail(engine->context, GBG_E_ORDER, "gbg_engine_run: the scene has no dynamics: set "
+        return gbg_fail(engine->context, GBG_E_ORDER,
+                        "gbg_engine_run: the scene has no dynamics: set "
                         "dynamics.kind to brownian and dynamics.dt");
     }
     return gbg_engine_advance(engine, steps);
@@ -95,23 +100,27 @@ int gbg_engine_box(const struct gbg_engine *engine, double *lengths, double *ori
 }
 
 /* Checks of a call that fills or reads arrays of all n particles. */
-static int check_arrays(const struct gbg_engine *engine, const char *call, int64_t n,
-                        const void *x, const void *y, const void *z, ptrdiff_t step)
+static int check_arrays(const struct gbg_engine *engine, const char *call, int64_t n, const void *x,
+                        const void *y, const void *z, ptrdiff_t step)
 {
     if (!engine) {
         return no_engine(call);
     }
     if (n != engine->state.owned) {
-        return gbg_fail(engine->context, GBG_E_ARGUMENT, "%s: n is %lld, the engine has %lld "
-                        "particles", call, (long long)n, (long long)engine->state.owned);
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "%s: n is %lld, the engine has %lld "
+                        "particles",
+                        call, (long long)n, (long long)engine->state.owned);
     }
     int missing = !x ? 0 : !y ? 1 : (!z && engine->state.box.dimension == 3) ? 2 : -1;
     if (n > 0 && missing >= 0) {
         return gbg_fail(engine->context, GBG_E_ARGUMENT, "%s: %c is NULL", call, "xyz"[missing]);
     }
     if (n > 1 && step == 0) {
-        return gbg_fail(engine->context, GBG_E_ARGUMENT, "%s: step is 0: all particles would share "
-                        "one element", call);
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "%s: step is 0: all particles would share "
+                        "one element",
+                        call);
     }
     return GBG_OK;
 }
@@ -122,7 +131,8 @@ int gbg_engine_positions(struct gbg_engine *engine, int wrapped, int64_t n, doub
     double *base[3] = {x, y, z};
     int status = check_arrays(engine, "gbg_engine_positions", n, x, y, z, step);
     if (status == GBG_OK && !wrapped && !engine->state.image[0]) {
-        status = gbg_fail(engine->context, GBG_E_ORDER, "gbg_engine_positions: wrapped is 0 but the "
+        status = gbg_fail(engine->context, GBG_E_ORDER,
+                          "gbg_engine_positions: wrapped is 0 but the "
                           "scene keeps no image counts; set output.trajectory.unwrapped to 1");
     }
     for (int a = 0; status == GBG_OK && a < engine->state.box.dimension; a++) {
@@ -141,15 +151,16 @@ int gbg_engine_set_positions(struct gbg_engine *engine, int64_t n, const double 
     struct gbg_points points = {n, {x, y, z}, step};
     int64_t bad = gbg_points_first_bad(&points, engine->state.box.dimension);
     if (bad >= 0) {
-        return gbg_fail(engine->context, GBG_E_ARGUMENT, "gbg_engine_set_positions: particle %lld has "
-                        "a coordinate that is not a finite number", (long long)bad);
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_set_positions: particle %lld has "
+                        "a coordinate that is not a finite number",
+                        (long long)bad);
     }
     return gbg_engine_replace(engine, &points);
 }
 
 /* Copies n values an axis from the order of ids to that of the caller. */
-static void reorder(const struct gbg_engine *engine, const double *from, double *to,
-                    ptrdiff_t step)
+static void reorder(const struct gbg_engine *engine, const double *from, double *to, ptrdiff_t step)
 {
     for (int64_t k = 0; k < engine->state.owned; k++) {
         to[k * step] = from[gbg_engine_rank(engine, k)];
@@ -237,44 +248,54 @@ int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags)
     return status;
 }
 
-static const char *const integer_names[] = {
-    "step", "particles", "species", "threads", "list_builds", "contact_rounds", "contact_pairs",
-    NULL};
+static const char *const integer_names[] = {"step",          "particles",   "species",
+                                            "threads",       "list_builds", "contact_rounds",
+                                            "contact_pairs", NULL};
 
 int gbg_engine_integer(const struct gbg_engine *engine, const char *name, int64_t *value)
 {
     if (!engine || !name || !value) {
-        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT, "gbg_engine_integer: engine, "
+        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT,
+                        "gbg_engine_integer: engine, "
                         "name or value is NULL");
     }
     int64_t builds = 0;
     builds += engine->pairs ? engine->kernels->list_builds(engine->pairs) : 0;
     builds += engine->contacts ? engine->kernels->list_builds(engine->contacts) : 0;
-    const int64_t values[] = {(int64_t)engine->step,  engine->state.owned,
-                              engine->state.n_species, engine->context->threads,
-                              builds,                  engine->contact_rounds,
+    const int64_t values[] = {(int64_t)engine->step,
+                              engine->state.owned,
+                              engine->state.n_species,
+                              engine->context->threads,
+                              builds,
+                              engine->contact_rounds,
                               engine->contact_pairs};
     int k = gbg_text_find(name, integer_names);
     if (k < 0) {
-        return gbg_fail(engine->context, GBG_E_NAME, "gbg_engine_integer: no integer \"%s\"; nearest: "
-                        "%s", name, gbg_text_nearest(name, integer_names));
+        return gbg_fail(engine->context, GBG_E_NAME,
+                        "gbg_engine_integer: no integer \"%s\"; nearest: "
+                        "%s",
+                        name, gbg_text_nearest(name, integer_names));
     }
     *value = values[k];
     return GBG_OK;
 }
 
-static const char *const real_names[] = {"time",    "dt",       "seconds", "largest_move",
-                                         "packing", "bytes_per_particle", NULL};
+static const char *const real_names[] = {
+    "time", "dt", "seconds", "largest_move", "packing", "bytes_per_particle", NULL};
 
 int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value)
 {
     if (!engine || !name || !value) {
-        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT, "gbg_engine_real: engine, "
+        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT,
+                        "gbg_engine_real: engine, "
                         "name or value is NULL");
     }
-    const double values[] = {(double)engine->step * engine->scene.dt, engine->scene.dt,
-                             engine->seconds, engine->step > 0 ? engine->moves.total : 0.0,
-                             gbg_scene_packing(&engine->scene), gbg_engine_bytes(engine)};
+    const double values[] = {(double)engine->step * engine->scene.dt,
+                             engine->scene.dt,
+                             engine->seconds,
+                             engine->step > 0 ? engine->moves.total : 0.0,
+                             gbg_scene_packing(&engine->scene),
+                             gbg_engine_bytes(engine)};
     int k = gbg_text_find(name, real_names);
     if (k < 0) {
         return gbg_fail(engine->context, GBG_E_NAME, "gbg_engine_real: no real \"%s\"; nearest: %s",
@@ -287,7 +308,8 @@ int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *v
 int gbg_engine_plan_size(const struct gbg_engine *engine, int *lines)
 {
     if (!engine || !lines) {
-        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT, "gbg_engine_plan_size: engine "
+        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT,
+                        "gbg_engine_plan_size: engine "
                         "or lines is NULL");
     }
     *lines = engine->n_plan;
@@ -297,19 +319,24 @@ int gbg_engine_plan_size(const struct gbg_engine *engine, int *lines)
 int gbg_engine_plan_line(const struct gbg_engine *engine, int line, int64_t capacity, char *text)
 {
     if (!engine || !text || capacity < 1) {
-        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT, "gbg_engine_plan_line: engine "
+        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT,
+                        "gbg_engine_plan_line: engine "
                         "or text is NULL, or capacity below 1");
     }
     if (line < 0 || line >= engine->n_plan) {
-        return gbg_fail(engine->context, GBG_E_ARGUMENT, "gbg_engine_plan_line: line is %d, allowed 0 "
-                        "to %d", line, engine->n_plan - 1);
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_plan_line: line is %d, allowed 0 "
+                        "to %d",
+                        line, engine->n_plan - 1);
     }
     const struct gbg_plan_step *step = &engine->plan[line];
-    int length = snprintf(text, (size_t)capacity, "%s | %s | %.3g", step->kernel, step->what,
-                          step->bytes);
+    int length =
+        snprintf(text, (size_t)capacity, "%s | %s | %.3g", step->kernel, step->what, step->bytes);
     if (length >= capacity) {
-        return gbg_fail(engine->context, GBG_E_SPACE, "gbg_engine_plan_line: capacity is %lld, %d "
-                        "needed", (long long)capacity, length + 1);
+        return gbg_fail(engine->context, GBG_E_SPACE,
+                        "gbg_engine_plan_line: capacity is %lld, %d "
+                        "needed",
+                        (long long)capacity, length + 1);
     }
     return GBG_OK;
 }
@@ -317,7 +344,8 @@ int gbg_engine_plan_line(const struct gbg_engine *engine, int line, int64_t capa
 int gbg_engine_hash(struct gbg_engine *engine, int64_t capacity, char *text)
 {
     if (!engine || !text || capacity < 65) {
-        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT, "gbg_engine_hash: engine or "
+        return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT,
+                        "gbg_engine_hash: engine or "
                         "text is NULL, or capacity below 65");
     }
     return gbg_engine_digest(engine, text);

@@ -52,13 +52,13 @@ struct gbg_list;
 
 /* Contact correction: rule, largest number of rounds, and what came of it. */
 struct gbg_contacts {
-    int bounce;         /* 1: separate to the mirror distance, 0: to contact */
+    int bounce; /* 1: separate to the mirror distance, 0: to contact */
     int64_t max_rounds;
-    double tolerance;   /* relative distance below which a pair counts as touching */
-    int64_t rounds;     /* out: rounds that moved somebody */
-    int64_t pairs;      /* out: pushes */
-    int64_t left;       /* out: overlapping pairs left (0 unless rounds ran out) */
-    double largest;     /* out: largest move since the start of the step among those corrected */
+    double tolerance; /* relative distance below which a pair counts as touching */
+    int64_t rounds;   /* out: rounds that moved somebody */
+    int64_t pairs;    /* out: pushes */
+    int64_t left;     /* out: overlapping pairs left (0 unless rounds ran out) */
+    double largest;   /* out: largest move since the start of the step among those corrected */
 };
 
 /* A pair of indices with its distance; first = -1: none. */

@@ -37,9 +37,9 @@ static int allocate_state(struct gbg_engine *engine, int ids_are_indices)
         }
         if (status == GBG_OK && has_cores(scene)) {
             status = device_array(engine, &state->start_high[a], 4, "positions before the step");
-            status = status ? status
-                            : device_array(engine, &state->start_low[a], 4,
-                                           "positions before the step");
+            status =
+                status ? status
+                       : device_array(engine, &state->start_low[a], 4, "positions before the step");
             if (status == GBG_OK && scene->unwrapped) {
                 status = device_array(engine, &state->start_image[a], 4, "images before the step");
             }
@@ -189,9 +189,10 @@ static int fill_engine(struct gbg_engine *engine, const struct gbg_scene *scene,
         status = upload_particles(engine, particles);
     }
     if (status == GBG_OK) {
-        struct gbg_points points = {particles->n,
-                                    {particles->position[0], particles->position[1],
-                                     particles->position[2]}, 1};
+        struct gbg_points points = {
+            particles->n,
+            {particles->position[0], particles->position[1], particles->position[2]},
+            1};
         status = gbg_engine_encode(engine, &points); /* rank is not set yet: order of ids */
     }
     if (status == GBG_OK && scene->start == GBG_START_ARRAYS) {
@@ -236,7 +237,7 @@ void gbg_engine_free(struct gbg_engine *engine)
     if (device) {
         struct gbg_state *state = &engine->state;
         for (int a = 0; a < 3; a++) {
-            void *arrays[] = {state->high[a],       state->low[a],       state->image[a],
+            void *arrays[] = {state->high[a],       state->low[a],        state->image[a],
                               state->force[a],      state->start_high[a], state->start_low[a],
                               state->start_image[a]};
             for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {

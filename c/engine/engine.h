@@ -42,7 +42,7 @@ struct gbg_engine {
     double seconds;
     double moved; /* largest move of a particle in the last step, for the lists */
     struct gbg_moves moves;
-    int forces_current; /* 1: force[] belongs to the present positions */
+    int forces_current;                    /* 1: force[] belongs to the present positions */
     int64_t contact_rounds, contact_pairs; /* sums over steps */
 
     int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
@@ -72,7 +72,8 @@ int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call);
 
 /* Encodes n coordinates (order of ids through rank) into the state. */
 int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points);
-/* The same for a running engine: refused, with everything as before, if hard cores would overlap. */
+/* The same for a running engine: refused, with everything as before, if hard cores would overlap.
+ */
 int gbg_engine_replace(struct gbg_engine *engine, const struct gbg_points *points);
 int gbg_engine_decode(struct gbg_engine *engine, int wrapped, int axis, double *base,
                       ptrdiff_t step);

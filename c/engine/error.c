@@ -6,7 +6,8 @@
 #include "core/random.h"
 #include "engine/engine.h"
 
-/* Distinct sample particles in ascending order: one at random from each of `samples` equal parts. */
+/* Distinct sample particles in ascending order: one at random from each of `samples` equal parts.
+ */
 static void choose(int64_t n, int64_t samples, int32_t *index)
 {
     for (int64_t s = 0; s < samples; s++) {
@@ -99,8 +100,8 @@ int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double 
         status = reference_forces(engine, samples, index, reference, term);
     }
     if (status == GBG_OK) {
-        status = compare_forces(engine, samples, index, force, reference, work + 3 * n + 6 * samples,
-                                rms_over_rms, rms_over_median);
+        status = compare_forces(engine, samples, index, force, reference,
+                                work + 3 * n + 6 * samples, rms_over_rms, rms_over_median);
     }
     gbg_release(work);
     gbg_release(index);

@@ -7,8 +7,8 @@
 #include "engine/steps.h"
 
 /* A high word is 2^-32 of the box. Pair forces from high words alone are wrong by about
- * power * 2^-32 L/(2.4 d) for a pair at distance d; the mixed kernel is taken while that stays below
- * this. */
+ * power * 2^-32 L/(2.4 d) for a pair at distance d; the mixed kernel is taken while that stays
+ * below this. */
 static const double mixed_limit = 3e-7;
 
 static struct gbg_plan_step *add(struct gbg_engine *engine, const char *kernel, double bytes,
@@ -105,8 +105,10 @@ static int plan_forces(struct gbg_engine *engine)
         } else {
             int missing = engine->use_double ? !kernels->direct_double : !kernels->direct_mixed;
             if (missing) {
-                return gbg_fail(engine->context, GBG_E_UNBUILT, "forces[%d]: backend %s has no "
-                                "direct sum", f, engine->backend->name);
+                return gbg_fail(engine->context, GBG_E_UNBUILT,
+                                "forces[%d]: backend %s has no "
+                                "direct sum",
+                                f, engine->backend->name);
             }
             step = add(engine, engine->use_double ? "direct_double" : "direct_mixed",
                        f == 0 ? words + 4.0 : 4.0, gbg_step_direct,
@@ -138,8 +140,8 @@ int gbg_engine_plan(struct gbg_engine *engine)
         add(engine, "keep", words, gbg_step_keep, "positions before the step");
     }
     if (status == GBG_OK && scene->dynamics == GBG_DYNAMICS_BROWNIAN) {
-        add(engine, "integrate", words, gbg_step_integrate, "x += F dt + sqrt(T dt) xi, dt %g, T %g",
-            scene->dt, scene->temperature);
+        add(engine, "integrate", words, gbg_step_integrate,
+            "x += F dt + sqrt(T dt) xi, dt %g, T %g", scene->dt, scene->temperature);
     }
     if (status == GBG_OK && engine->contact > 0.0) {
         status = plan_cores(engine);
@@ -153,11 +155,10 @@ double gbg_engine_bytes(const struct gbg_engine *engine)
     const struct gbg_state *state = &engine->state;
     double axis = 8.0 + (state->image[0] ? 4.0 : 0.0) + (state->force[0] ? 8.0 : 0.0) +
                   (state->start_high[0] ? 8.0 : 0.0) + (state->start_image[0] ? 4.0 : 0.0);
-    double bytes = axis * scene->dimension + (state->species ? 1.0 : 0.0) +
-                   (state->id ? 8.0 : 0.0) + (state->overlapped ? 1.0 : 0.0) +
-                   (state->source ? 4.0 : 0.0) + (engine->rank ? 8.0 : 0.0) +
-                   (engine->species ? 4.0 : 0.0) + (engine->id ? 8.0 : 0.0) +
-                   (engine->words ? 4.0 : 0.0);
+    double bytes =
+        axis * scene->dimension + (state->species ? 1.0 : 0.0) + (state->id ? 8.0 : 0.0) +
+        (state->overlapped ? 1.0 : 0.0) + (state->source ? 4.0 : 0.0) + (engine->rank ? 8.0 : 0.0) +
+        (engine->species ? 4.0 : 0.0) + (engine->id ? 8.0 : 0.0) + (engine->words ? 4.0 : 0.0);
     double n = state->owned > 0 ? (double)state->owned : 1.0;
     if (engine->pairs) {
         bytes += engine->kernels->list_bytes(engine->pairs) / n;

@@ -19,8 +19,8 @@ static int send_axis(struct gbg_engine *engine, int axis)
 {
     int64_t n = engine->state.owned;
     size_t bytes = (size_t)n * 4;
-    int status = engine->backend->upload(engine->device, engine->state.high[axis], engine->words,
-                                         bytes);
+    int status =
+        engine->backend->upload(engine->device, engine->state.high[axis], engine->words, bytes);
     return status ? status
                   : engine->backend->upload(engine->device, engine->state.low[axis],
                                             engine->words + n, bytes);
@@ -74,8 +74,8 @@ static int fetch_axis(struct gbg_engine *engine, int axis)
     int status = need_words(engine);
     size_t bytes = (size_t)engine->state.owned * 4;
     if (status == GBG_OK) {
-        status = engine->backend->download(engine->device, engine->words,
-                                           engine->state.high[axis], bytes);
+        status = engine->backend->download(engine->device, engine->words, engine->state.high[axis],
+                                           bytes);
     }
     return status ? status
                   : engine->backend->download(engine->device, engine->words + engine->state.owned,
@@ -122,7 +122,8 @@ int gbg_engine_copy_fractions(struct gbg_engine *engine, int axis, uint64_t *fra
 int gbg_engine_copy_images(struct gbg_engine *engine, int axis, int32_t *image)
 {
     if (!engine->state.image[axis]) {
-        return gbg_fail(engine->context, GBG_E_ORDER, "image counts are not kept by this scene: set "
+        return gbg_fail(engine->context, GBG_E_ORDER,
+                        "image counts are not kept by this scene: set "
                         "output.trajectory.unwrapped to 1");
     }
     return engine->backend->download(engine->device, image, engine->state.image[axis],
@@ -133,7 +134,8 @@ int gbg_engine_copy_overlap(struct gbg_engine *engine, int32_t *flag)
 {
     int64_t n = engine->state.owned;
     if (!engine->state.overlapped) {
-        return gbg_fail(engine->context, GBG_E_ORDER, "overlap flags are not kept by this scene: set "
+        return gbg_fail(engine->context, GBG_E_ORDER,
+                        "overlap flags are not kept by this scene: set "
                         "output.trajectory.overlap to 1");
     }
     int status = need_words(engine);
@@ -154,8 +156,8 @@ int gbg_engine_copy_forces(struct gbg_engine *engine, double *const *force)
     int status = gbg_engine_evaluate_forces(engine);
     for (int a = 0; status == GBG_OK && a < engine->state.box.dimension; a++) {
         if (engine->state.force[a]) {
-            status = engine->backend->download(engine->device, force[a], engine->state.force[a],
-                                               bytes);
+            status =
+                engine->backend->download(engine->device, force[a], engine->state.force[a], bytes);
         } else {
             memset(force[a], 0, bytes);
         }

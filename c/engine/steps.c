@@ -64,7 +64,8 @@ static int64_t id_of(const struct gbg_engine *engine, int64_t i)
 
 static int refuse(struct gbg_engine *engine, double allowed, const char *why)
 {
-    return gbg_fail(engine->context, GBG_E_STEP, "step %llu: %s; dt is %g, largest dt estimated to "
+    return gbg_fail(engine->context, GBG_E_STEP,
+                    "step %llu: %s; dt is %g, largest dt estimated to "
                     "be safe here: %.2g; the state is that before this step",
                     (unsigned long long)engine->step + 1, why, engine->scene.dt,
                     safe_dt(engine, allowed));
@@ -79,14 +80,16 @@ int gbg_step_integrate(struct gbg_engine *engine, const struct gbg_plan_step *st
     engine->forces_current = 0;
     if (status == GBG_OK && engine->moves.bad >= 0) {
         char why[128];
-        snprintf(why, sizeof why, "particle %lld moves by more than half the box, or its force is "
-                 "not finite", (long long)id_of(engine, engine->moves.bad));
+        snprintf(why, sizeof why,
+                 "particle %lld moves by more than half the box, or its force is "
+                 "not finite",
+                 (long long)id_of(engine, engine->moves.bad));
         double least = engine->state.box.length[0];
         for (int a = 1; a < engine->state.box.dimension; a++) {
             least = fmin(least, engine->state.box.length[a]);
         }
-        status = refuse(engine, engine->contact > 0.0 ? 0.5 * engine->least_contact : 0.25 * least,
-                        why);
+        status =
+            refuse(engine, engine->contact > 0.0 ? 0.5 * engine->least_contact : 0.25 * least, why);
     }
     return status;
 }
@@ -103,7 +106,8 @@ static int check_passed(struct gbg_engine *engine)
     double allowed = engine->least_contact / sqrt(2.0);
     for (int a = 0; a < engine->state.box.dimension; a++) {
         if (reach > 0.5 * engine->state.box.length[a]) {
-            return refuse(engine, allowed, "particles moved so far that passing through each other "
+            return refuse(engine, allowed,
+                          "particles moved so far that passing through each other "
                           "cannot be excluded");
         }
     }
@@ -129,8 +133,8 @@ int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *ste
     int status = engine->kernels->list_update(engine->device, &engine->state, engine->contacts,
                                               engine->moved);
     if (status == GBG_OK) {
-        status = engine->kernels->contacts(engine->device, &engine->state, engine->contacts,
-                                           &contacts);
+        status =
+            engine->kernels->contacts(engine->device, &engine->state, engine->contacts, &contacts);
     }
     if (status != GBG_OK) {
         return status;
@@ -161,11 +165,12 @@ int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call)
                                            NULL, NULL, &pair, &count);
     if (status == GBG_OK && count > 0) {
         const char *how = pair.distance == 0.0 ? "coincide" : "overlap";
-        status = gbg_fail(engine->context, GBG_E_OVERLAP, "%s: particles %lld and %lld %s: distance "
-                          "%.17g is below contact; %lld pairs overlap in all", call,
-                          (long long)id_of(engine, pair.first),
-                          (long long)id_of(engine, pair.second), how, pair.distance,
-                          (long long)count);
+        status =
+            gbg_fail(engine->context, GBG_E_OVERLAP,
+                     "%s: particles %lld and %lld %s: distance "
+                     "%.17g is below contact; %lld pairs overlap in all",
+                     call, (long long)id_of(engine, pair.first),
+                     (long long)id_of(engine, pair.second), how, pair.distance, (long long)count);
     }
     return status;
 }

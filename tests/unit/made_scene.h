@@ -38,8 +38,10 @@ static inline struct gbg_scene made_scene(struct gbg_context *context, int dimen
         scene.length[a] = length[a];
         scene.origin[a] = -0.25 * length[a];
     }
-    scene.species[0] = (struct gbg_species){"A", 1.0, -1.0, 1.0, -1.0, -1};
-    scene.species[1] = (struct gbg_species){"B", 1.0, 1.0, -2.0, -1.0, -1};
+    scene.species[0] =
+        (struct gbg_species){.name = "A", .diameter = 1.0, .alpha = -1.0, .mobility = 1.0};
+    scene.species[1] =
+        (struct gbg_species){.name = "B", .diameter = 1.0, .alpha = 1.0, .mobility = -2.0};
     scene.start = GBG_START_LATTICE;
     scene.rule = GBG_RULE_BOUNCE;
     scene.max_rounds = 10000;
@@ -63,9 +65,11 @@ static inline void made_lattice(struct made_particles *made, const struct gbg_sc
 {
     int64_t n = scene->dimension == 2 ? m * m : m * m * m;
     assert_true(n <= 5000);
-    made->p = (struct gbg_particles){n, scene->dimension,
+    made->p = (struct gbg_particles){n,
+                                     scene->dimension,
                                      {made->store[0], made->store[1], made->store[2]},
-                                     made->species, made->id};
+                                     made->species,
+                                     made->id};
     for (int64_t i = 0; i < n; i++) {
         int64_t cell[3] = {i % m, i / m % m, i / m / m};
         for (int a = 0; a < scene->dimension; a++) {

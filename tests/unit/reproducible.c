@@ -10,7 +10,7 @@ static struct gbg_scene active(struct gbg_context *context, int dimension)
     }
     struct gbg_scene scene = made_scene(context, dimension, length);
     scene.n_forces = 1;
-    scene.force[0] = (struct gbg_force){6.0, GBG_SUM_CUTOFF, 2.5, 0.0};
+    scene.force[0] = (struct gbg_force){.power = 6.0, .sum = GBG_SUM_CUTOFF, .cutoff = 2.5};
     return scene;
 }
 
@@ -146,8 +146,8 @@ static void cutoff_forces(void **state)
             }
         }
         double error = sqrt(errors / sizes);
-        print_message("%dD power %g %s: relative RMS error %.2e\n", dimension,
-                      scene.force[0].power, engine->use_double ? "double" : "mixed", error);
+        print_message("%dD power %g %s: relative RMS error %.2e\n", dimension, scene.force[0].power,
+                      engine->use_double ? "double" : "mixed", error);
         /* mixed: seven factors 1/|r| of 1.2e-7 at most, and the rounding of a coordinate */
         assert_true(error < (engine->use_double ? 1e-14 : 1e-6));
         gbg_engine_free(engine);

@@ -56,8 +56,7 @@ static double distance_of(const struct search *search, int64_t i, int32_t slot)
     const struct gbg_state *state = search->state;
     double squared = 0.0;
     for (int a = 0; a < state->box.dimension; a++) {
-        double d = gbg_box_difference(&state->box, a,
-                                      gbg_join(state->high[a][i], state->low[a][i]),
+        double d = gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
                                       search->grid->position[a][slot]);
         squared += d * d;
     }

@@ -12,8 +12,8 @@
 /* The rule "contact" separates to this much more than contact, so that rounds end: each round
  * shrinks the overlaps that neighbours push back, but never to zero. */
 static const double contact_margin = 1e-9;
-/* Largest part of the contact distance that one pair moves one of its discs in a round; taken from a
- * pair and not from the sum of pushes, so that momentum is conserved. */
+/* Largest part of the contact distance that one pair moves one of its discs in a round; taken from
+ * a pair and not from the sum of pushes, so that momentum is conserved. */
 static const double pair_cap = 0.25;
 
 /* Contact distances of all species pairs, made once a call. */
@@ -65,8 +65,8 @@ static inline double difference(const struct gbg_state *state, int64_t i, int64_
     return squared;
 }
 
-/* Unit vector in which the first of two coincident particles leaves, from their ids alone: points of
- * the counter generator until one falls well inside the unit disc or ball. */
+/* Unit vector in which the first of two coincident particles leaves, from their ids alone: points
+ * of the counter generator until one falls well inside the unit disc or ball. */
 static void parting_direction(int dimension, uint64_t first, uint64_t second, double unit[3])
 {
     for (uint64_t attempt = 0;; attempt++) {
@@ -149,8 +149,8 @@ static int reserve(struct gbg_device *device, struct gbg_list *list)
 {
     int status = GBG_OK;
     if (!list->look) {
-        status = gbg_allocate_zero(device->context, (void **)&list->look, list->n, 1,
-                                   "contact marks");
+        status =
+            gbg_allocate_zero(device->context, (void **)&list->look, list->n, 1, "contact marks");
     }
     for (int c = 0; status == GBG_OK && c < list->n_chunks; c++) {
         status = reserve_work(device->context, list, &list->chunk[c]);
@@ -251,8 +251,7 @@ static double displaced(const struct gbg_state *state, int64_t i)
 {
     double squared = 0.0;
     for (int a = 0; a < state->box.dimension; a++) {
-        double d = gbg_box_difference(&state->box, a,
-                                      gbg_join(state->high[a][i], state->low[a][i]),
+        double d = gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
                                       gbg_join(state->start_high[a][i], state->start_low[a][i]));
         squared += d * d;
     }
@@ -264,7 +263,8 @@ static double apply_push(const struct round *round, int64_t i, const int64_t pus
     struct gbg_state *state = round->state;
     double squared = 0.0;
     for (int a = 0; a < state->box.dimension; a++) {
-        uint64_t old = gbg_join(state->high[a][i], state->low[a][i]), moved = old + (uint64_t)push[a];
+        uint64_t old = gbg_join(state->high[a][i], state->low[a][i]),
+                 moved = old + (uint64_t)push[a];
         state->high[a][i] = (uint32_t)(moved >> 32);
         state->low[a][i] = (uint32_t)moved;
         round->list->local[a][i] =
@@ -311,7 +311,8 @@ static void move_and_mark(const struct round *round, struct gbg_chunk *chunk)
     }
 }
 
-/* Candidates of the next round; a list that has become stale is built anew and all are looked at. */
+/* Candidates of the next round; a list that has become stale is built anew and all are looked at.
+ */
 static int next_candidates(struct gbg_device *device, const struct round *round, int *all)
 {
     struct gbg_list *list = round->list;

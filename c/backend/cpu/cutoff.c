@@ -1,15 +1,15 @@
 /* L1, CPU, per instruction set: cut-off power-law forces over pair lists.
  *
- * Particles stand in lanes and the loop runs over their neighbours in ascending order, so that a sum
- * has one order whatever the instruction set; pairs beyond the cut-off add exact zeros, so that it
- * does not depend on when the list was built. Lengths are taken in units of the cut-off, so that
+ * Particles stand in lanes and the loop runs over their neighbours in ascending order, so that a
+ * sum has one order whatever the instruction set; pairs beyond the cut-off add exact zeros, so that
+ * it does not depend on when the list was built. Lengths are taken in units of the cut-off, so that
  * no choice of units overflows a float. */
 #include <math.h>
 
 #include "backend/cpu/cpu.h"
-#include "backend/cpu/variant.h"
 #include "backend/cpu/list.h"
 #include "backend/cpu/simd.h"
+#include "backend/cpu/variant.h"
 
 struct job {
     struct gbg_state *state;
@@ -35,9 +35,9 @@ static inline vf inverse_power(vf squared, int power)
 }
 
 /* Field of one vector of particles: sum over neighbours of alpha r/|r|^(power+1). */
-__attribute__((always_inline)) static inline void
-field(const struct job *job, const int32_t *index, int32_t width, int64_t first, int dimension,
-      int power, int one_species, vf sum[3])
+__attribute__((always_inline)) static inline void field(const struct job *job, const int32_t *index,
+                                                        int32_t width, int64_t first, int dimension,
+                                                        int power, int one_species, vf sum[3])
 {
     const struct gbg_list *list = job->list;
     const float *source = job->state->source;
@@ -68,9 +68,10 @@ field(const struct job *job, const int32_t *index, int32_t width, int64_t first,
     }
 }
 
-__attribute__((always_inline)) static inline void
-mixed_chunk(const struct job *job, const struct gbg_chunk *chunk, int dimension, int power,
-            int one_species)
+__attribute__((always_inline)) static inline void mixed_chunk(const struct job *job,
+                                                              const struct gbg_chunk *chunk,
+                                                              int dimension, int power,
+                                                              int one_species)
 {
     const struct gbg_list *list = job->list;
     double unit = pow(job->cutoff, -job->power);
@@ -114,8 +115,8 @@ static void mixed_3d(const struct job *job, const struct gbg_chunk *chunk)
 }
 
 int GBG_ISA_NAME(gbg_cpu_cutoff_mixed)(struct gbg_device *device, struct gbg_state *state,
-                                   const struct gbg_list *list, double power, double cutoff,
-                                   int add)
+                                       const struct gbg_list *list, double power, double cutoff,
+                                       int add)
 {
     struct job job = {state, list, power, cutoff, add};
     if (power != 2.0 && power != 6.0) {
@@ -142,8 +143,7 @@ static void field_double(const struct job *job, const int32_t *index, int32_t wi
         int64_t j = index[(int64_t)k * GBG_SLICE];
         double r[3], squared = 0.0;
         for (int a = 0; a < state->box.dimension; a++) {
-            r[a] = gbg_box_difference(&state->box, a,
-                                      gbg_join(state->high[a][i], state->low[a][i]),
+            r[a] = gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
                                       gbg_join(state->high[a][j], state->low[a][j]));
             squared += r[a] * r[a];
         }
@@ -158,8 +158,8 @@ static void field_double(const struct job *job, const int32_t *index, int32_t wi
 }
 
 int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_state *state,
-                                    const struct gbg_list *list, double power, double cutoff,
-                                    int add)
+                                        const struct gbg_list *list, double power, double cutoff,
+                                        int add)
 {
     struct job job = {state, list, power, cutoff, add};
 #pragma omp parallel for num_threads(device->threads) schedule(static, 1)

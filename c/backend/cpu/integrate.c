@@ -18,7 +18,7 @@ struct euler {
 /* Squares of the largest moves; particles with a bad move: the lowest index. */
 struct extremes {
     double drift, noise, total;
-    int64_t bad;
+    int64_t bad; /* INT64_MAX: none */
 };
 
 /* Moves of one vector of particles, in quanta. */
@@ -35,7 +35,8 @@ static void draw(const struct euler *euler, int64_t first, float xi[3][VF_LANES]
     vf lanes[3];
     if (state->id) {
         uint32_t low[VF_LANES], high[VF_LANES];
-        for (int l = 0; l < VF_LANES; l++) { /* arrays are padded: reading past the end is allowed */
+        for (int l = 0; l < VF_LANES;
+             l++) { /* arrays are padded: reading past the end is allowed */
             uint64_t id = first + l < state->owned ? state->id[first + l] : 0;
             low[l] = (uint32_t)id;
             high[l] = (uint32_t)(id >> 32);
@@ -91,7 +92,8 @@ static inline void move(const struct euler *euler, int64_t first, int lanes,
             high[l] = (uint32_t)(moved >> 32);
             low[l] = (uint32_t)moved;
             if (state->image[a]) {
-                state->image[a][first + l] += (quanta > 0 && moved < old) - (quanta < 0 && moved > old);
+                state->image[a][first + l] +=
+                    (quanta > 0 && moved < old) - (quanta < 0 && moved > old);
             }
         }
     }
@@ -103,19 +105,9 @@ static inline void note(const struct block *block, int64_t first, int lanes, str
         seen->drift = fmax(seen->drift, block->drift[l]);
         seen->noise = fmax(seen->noise, block->noise[l]);
         seen->total = fmax(seen->total, block->total[l]);
-        if (block->bad[l] && (seen->bad < 0 || first + l < seen->bad)) {
+        if (block->bad[l] && first + l < seen->bad) {
             seen->bad = first + l;
         }
-    }
-}
-
-static void merge(const struct extremes *part, struct extremes *all)
-{
-    all->drift = fmax(all->drift, part->drift);
-    all->noise = fmax(all->noise, part->noise);
-    all->total = fmax(all->total, part->total);
-    if (part->bad >= 0 && (all->bad < 0 || part->bad < all->bad)) {
-        all->bad = part->bad;
     }
 }
 
@@ -124,10 +116,14 @@ int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state 
                                     int sign, struct gbg_moves *moves)
 {
     struct euler euler = {state, noise, step, dt, sign};
-    struct extremes all = {0.0, 0.0, 0.0, -1};
-#pragma omp parallel num_threads(device->threads)
+    double largest_drift = 0.0, largest_noise = 0.0, largest = 0.0;
+    int64_t bad = INT64_MAX;
+#pragma omp parallel num_threads(device->threads)                                                  \
+    reduction(max                                                                                  \
+              : largest_drift, largest_noise, largest) reduction(min                               \
+                                                                 : bad)
     {
-        struct extremes seen = {0.0, 0.0, 0.0, -1};
+        struct extremes seen = {0.0, 0.0, 0.0, INT64_MAX};
 #pragma omp for schedule(static) nowait
         for (int64_t first = 0; first < state->owned; first += VF_LANES) {
             int lanes = state->owned - first < VF_LANES ? (int)(state->owned - first) : VF_LANES;
@@ -136,10 +132,13 @@ int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state 
             move(&euler, first, lanes, &block);
             note(&block, first, lanes, &seen);
         }
-#pragma omp critical(gbg_integrate)
-        merge(&seen, &all); /* maxima: the order of threads does not matter */
+        largest_drift = fmax(largest_drift, seen.drift);
+        largest_noise = fmax(largest_noise, seen.noise);
+        largest = fmax(largest, seen.total);
+        bad = seen.bad < bad ? seen.bad : bad;
     }
-    *moves = (struct gbg_moves){sqrt(all.drift), sqrt(all.noise), sqrt(all.total), all.bad};
+    *moves = (struct gbg_moves){sqrt(largest_drift), sqrt(largest_noise), sqrt(largest),
+                                bad == INT64_MAX ? -1 : bad};
     (void)device;
     return GBG_OK;
 }

@@ -25,8 +25,8 @@ static int allocate_arrays(struct gbg_context *context, struct gbg_list *list, i
     int status = gbg_allocate_zero(context, (void **)&list->chunk, list->n_chunks,
                                    sizeof *list->chunk, "pair list");
     for (int a = 0; status == GBG_OK && a < list->dimension; a++) {
-        status = gbg_allocate_zero(context, (void **)&list->local[a], total,
-                                   sizeof *list->local[a], "local coordinates");
+        status = gbg_allocate_zero(context, (void **)&list->local[a], total, sizeof *list->local[a],
+                                   "local coordinates");
         if (status == GBG_OK) {
             status = gbg_allocate_zero(context, (void **)&list->built[a], list->n,
                                        sizeof *list->built[a], "coordinates of the list");
@@ -211,8 +211,8 @@ static int reserve_index(struct gbg_context *context, struct gbg_chunk *chunk, i
     return status;
 }
 
-/* Rows of one slice: found one after the other, then laid out slot by slot. A short row is filled up
- * with its own particle, which every pair kernel skips because its distance is zero. */
+/* Rows of one slice: found one after the other, then laid out slot by slot. A short row is filled
+ * up with its own particle, which every pair kernel skips because its distance is zero. */
 static int build_slice(struct gbg_context *context, const struct gbg_state *state,
                        struct gbg_list *list, struct gbg_chunk *chunk, int64_t slice,
                        struct row rows[GBG_SLICE])
