@@ -4,7 +4,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 cd "$1" || exit 2
 failed=0
-list=$(find . \( -name '.git' -o -name 'build*' -o -name results \) -prune -o -type f -print |
+list=$(find . \( -path ./.git -o -path './build*' -o -path ./results \) -prune -o -type f -print |
     sed 's|^\./||' | LC_ALL=C sort)
 
 sources=$(printf '%s\n' "$list" | grep -E '\.(c|h|h\.in|f90|f|sh|awk|cmake)$')

@@ -45,7 +45,7 @@ fi
 
 expect "may not include" c/core/bad.c '#include "scene/scene.h"'
 expect "may not include" c/core/bad.c '#  include "engine/view.h"'
-expect "may not include" c/scene/bad.c '#include "engine/engine.h"'
+expect "may not include" c/scene/build.c '#include "engine/engine.h"'
 expect "may not include" c/backend/cpu/bad.c '#include "scene/scene.h"'
 expect "may not include" c/engine/bad.h '#include "api/call.h"'
 expect "may not include" c/io/bad.c '#include "engine/engine.h"'
