@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,18 @@
 _Static_assert(sizeof(off_t) == 8, "files beyond 2 GiB need a 64-bit off_t");
 
 enum { NAME_TRIES = 1000, PATH_BYTES = 4096 };
+
+static pthread_mutex_t netcdf_mutex = PTHREAD_MUTEX_INITIALIZER;
+
+void gbg_file_netcdf_lock(void)
+{
+    pthread_mutex_lock(&netcdf_mutex);
+}
+
+void gbg_file_netcdf_unlock(void)
+{
+    pthread_mutex_unlock(&netcdf_mutex);
+}
 
 const char *gbg_file_error(int number, char text[GBG_ERROR_TEXT])
 {
