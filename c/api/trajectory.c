@@ -108,8 +108,8 @@ int gbg_trajectory_append(struct gbg_trajectory *trajectory, struct gbg_engine *
         return missing(trajectory->context, call, "engine");
     }
     if (!trajectory->writer) {
-        return gbg_fail(trajectory->context, GBG_E_ORDER, "%s: the trajectory was opened to be read",
-                        call);
+        return gbg_fail(trajectory->context, GBG_E_ORDER,
+                        "%s: the trajectory was opened to be read", call);
     }
     return named(trajectory->context, gbg_writer_append(trajectory->writer, engine), call);
 }
@@ -201,8 +201,10 @@ static int check_reading(const struct gbg_trajectory *trajectory, const char *ca
         return missing(NULL, call, "trajectory");
     }
     if (!trajectory->reader) {
-        return gbg_fail(trajectory->context, GBG_E_ORDER, "%s: the trajectory is being written; "
-                        "open the file with gbg_trajectory_open", call);
+        return gbg_fail(trajectory->context, GBG_E_ORDER,
+                        "%s: the trajectory is being written; "
+                        "open the file with gbg_trajectory_open",
+                        call);
     }
     return output ? GBG_OK : missing(trajectory->context, call, name);
 }
@@ -210,8 +212,10 @@ static int check_reading(const struct gbg_trajectory *trajectory, const char *ca
 static int check_n(const struct gbg_trajectory *trajectory, const char *call, int64_t n)
 {
     if (n < trajectory->reader->particles) {
-        return gbg_fail(trajectory->context, GBG_E_SPACE, "%s: n is %" PRId64 " and the trajectory "
-                        "has %" PRId64 " particles", call, n, trajectory->reader->particles);
+        return gbg_fail(trajectory->context, GBG_E_SPACE,
+                        "%s: n is %" PRId64 " and the trajectory "
+                        "has %" PRId64 " particles",
+                        call, n, trajectory->reader->particles);
     }
     return GBG_OK;
 }
@@ -222,8 +226,10 @@ static int check_frame(const struct gbg_trajectory *trajectory, const char *call
     if (frame >= 0 && frame < frames) {
         return GBG_OK;
     }
-    return gbg_fail(trajectory->context, GBG_E_ARGUMENT, "%s: frame is %" PRId64 ", and the file "
-                    "has %" PRId64 " (counted from 0)", call, frame, frames);
+    return gbg_fail(trajectory->context, GBG_E_ARGUMENT,
+                    "%s: frame is %" PRId64 ", and the file "
+                    "has %" PRId64 " (counted from 0)",
+                    call, frame, frames);
 }
 
 static int check_vectors(const struct gbg_trajectory *trajectory, const char *call, const void *y,
@@ -250,8 +256,8 @@ int gbg_trajectory_species(const struct gbg_trajectory *trajectory, int64_t n, i
         status = check_n(trajectory, call, n);
     }
     if (status == GBG_OK && base != 0 && base != 1) {
-        status = gbg_fail(trajectory->context, GBG_E_ARGUMENT, "%s: base is %d, allowed are 0 and 1",
-                          call, base);
+        status = gbg_fail(trajectory->context, GBG_E_ARGUMENT,
+                          "%s: base is %d, allowed are 0 and 1", call, base);
     }
     for (int64_t i = 0; status == GBG_OK && i < trajectory->reader->particles; i++) {
         species[i] = trajectory->reader->species[i] + base;
@@ -281,13 +287,17 @@ int gbg_trajectory_species_name(const struct gbg_trajectory *trajectory, int spe
     }
     const struct gbg_reader *reader = trajectory->reader;
     if (species < 0 || species >= reader->n_species) {
-        return gbg_fail(trajectory->context, GBG_E_ARGUMENT, "%s: species is %d, allowed are 0 to "
-                        "%d", call, species, reader->n_species - 1);
+        return gbg_fail(trajectory->context, GBG_E_ARGUMENT,
+                        "%s: species is %d, allowed are 0 to "
+                        "%d",
+                        call, species, reader->n_species - 1);
     }
     size_t needed = strlen(reader->name[species]) + 1;
     if (capacity < (int64_t)needed) {
-        return gbg_fail(trajectory->context, GBG_E_SPACE, "%s: capacity is %" PRId64 " bytes, the "
-                        "name needs %zu", call, capacity, needed);
+        return gbg_fail(trajectory->context, GBG_E_SPACE,
+                        "%s: capacity is %" PRId64 " bytes, the "
+                        "name needs %zu",
+                        call, capacity, needed);
     }
     memcpy(name, reader->name[species], needed);
     return GBG_OK;
@@ -365,8 +375,10 @@ int gbg_trajectory_images(struct gbg_trajectory *trajectory, int64_t frame, int6
         status = check_frame(trajectory, call, frame);
     }
     if (status == GBG_OK && !trajectory->reader->has_images) {
-        status = gbg_fail(trajectory->context, GBG_E_NAME, "%s: %s holds no image counts (scene "
-                          "option output.unwrapped)", call, trajectory->reader->path);
+        status = gbg_fail(trajectory->context, GBG_E_NAME,
+                          "%s: %s holds no image counts (scene "
+                          "option output.unwrapped)",
+                          call, trajectory->reader->path);
     }
     return status == GBG_OK ? named(trajectory->context,
                                     gbg_reader_images(trajectory->reader, frame, base, step), call)
@@ -385,8 +397,10 @@ int gbg_trajectory_overlapped(struct gbg_trajectory *trajectory, int64_t frame, 
         status = check_frame(trajectory, call, frame);
     }
     if (status == GBG_OK && !trajectory->reader->has_overlap) {
-        status = gbg_fail(trajectory->context, GBG_E_NAME, "%s: %s holds no overlap flags (scene "
-                          "option output.overlap)", call, trajectory->reader->path);
+        status = gbg_fail(trajectory->context, GBG_E_NAME,
+                          "%s: %s holds no overlap flags (scene "
+                          "option output.overlap)",
+                          call, trajectory->reader->path);
     }
     return status == GBG_OK ? named(trajectory->context,
                                     gbg_reader_overlap(trajectory->reader, frame, flags), call)

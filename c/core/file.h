@@ -36,8 +36,8 @@ int gbg_file_write(int descriptor, const void *data, size_t bytes, int64_t offse
 /* Reads all bytes at an offset: 0, the errno, or -1 when the file ends before. */
 int gbg_file_read(int descriptor, void *data, size_t bytes, int64_t offset);
 
-/* netCDF and the HDF5 below it keep tables without locks: whoever calls them holds this lock, in every
- * library of ours. */
+/* netCDF and the HDF5 below it keep tables without locks: whoever calls them holds this lock, in
+ * every library of ours. */
 void gbg_file_netcdf_lock(void);
 void gbg_file_netcdf_unlock(void);
 

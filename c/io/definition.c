@@ -12,25 +12,23 @@
 enum { CHUNK = 4096, MOST_RANK = 3, NO_VARIABLE = -1 };
 
 const char *const gbg_frame_variable_name[GBG_FRAME_VARIABLES] = {
-    "time",        "step",  "step_number", "cell_origin", "cell_lengths", "cell_angles",
-    "coordinates", "image", "overlap"};
+    "time",        "step",        "step_number", "cell_origin", "cell_lengths",
+    "cell_angles", "coordinates", "image",       "overlap"};
 
 /* One letter a dimension: f frame, a atom, s spatial, c cell_spatial, g cell_angular, l label. */
 static const char letters[] = "fascgl";
 static const char *const dimension_name[] = {"frame",        "atom",         "spatial",
                                              "cell_spatial", "cell_angular", "label"};
 
-/* The units are those that AMBER's convention prescribes and readers insist on; the true ones are in
- * the file's attributes length_unit and time_unit. Fixed variables come first. */
+/* The units are those that AMBER's convention prescribes and readers insist on; the true ones are
+ * in the file's attributes length_unit and time_unit. Fixed variables come first. */
 static const struct variable {
     const char *name, *shape, *units;
     nc_type type;
-} fixed_variables[] = {{"spatial", "s", NULL, NC_CHAR},
-                       {"cell_spatial", "c", NULL, NC_CHAR},
-                       {"cell_angular", "gl", NULL, NC_CHAR},
-                       {"atom_types", "a", NULL, NC_INT},
-                       {"radius", "a", "angstrom", NC_FLOAT},
-                       {"particle_id", "a", NULL, NC_DOUBLE}};
+} fixed_variables[] = {
+    {"spatial", "s", NULL, NC_CHAR},       {"cell_spatial", "c", NULL, NC_CHAR},
+    {"cell_angular", "gl", NULL, NC_CHAR}, {"atom_types", "a", NULL, NC_INT},
+    {"radius", "a", "angstrom", NC_FLOAT}, {"particle_id", "a", NULL, NC_DOUBLE}};
 enum { SPATIAL, CELL_SPATIAL, CELL_ANGULAR, TYPES, RADIUS, PARTICLE_ID, FIXED_VARIABLES };
 
 static const struct variable frame_variables[GBG_FRAME_VARIABLES] = {
@@ -55,8 +53,8 @@ static void define_dimensions(struct definition *make)
 {
     size_t length[] = {NC_UNLIMITED, (size_t)make->view->n, 3, 3, 3, 5};
     for (int d = 0; d < (int)sizeof letters - 1; d++) {
-        GBG_CALL(&make->series, nc_def_dim(make->series.file, dimension_name[d], length[d],
-                                           &make->dimension[d]));
+        GBG_CALL(&make->series,
+                 nc_def_dim(make->series.file, dimension_name[d], length[d], &make->dimension[d]));
     }
 }
 
@@ -66,8 +64,7 @@ static int define_variable(struct definition *make, const struct variable *varia
     for (const char *letter = variable->shape; *letter; letter++) {
         shape[rank++] = make->dimension[strchr(letters, *letter) - letters];
     }
-    GBG_CALL(&make->series,
-             nc_def_var(make->series.file, variable->name, type, rank, shape, &id));
+    GBG_CALL(&make->series, nc_def_var(make->series.file, variable->name, type, rank, shape, &id));
     if (variable->units) {
         gbg_netcdf_text(&make->series, id, "units", variable->units);
     }
@@ -84,9 +81,9 @@ static void define_variables(struct definition *make)
     const struct gbg_engine_view *view = make->view;
     for (int v = 0; v < FIXED_VARIABLES; v++) {
         int left_out = v == PARTICLE_ID && ids_are_the_order(view);
-        make->fixed[v] = left_out ? NO_VARIABLE
-                                  : define_variable(make, &fixed_variables[v],
-                                                    fixed_variables[v].type);
+        make->fixed[v] = left_out
+                             ? NO_VARIABLE
+                             : define_variable(make, &fixed_variables[v], fixed_variables[v].type);
     }
     for (int v = 0; v < GBG_FRAME_VARIABLES; v++) {
         int left_out = (v == GBG_FRAME_IMAGE && !view->has_images) ||
@@ -164,8 +161,7 @@ static void put_labels(struct definition *make)
     struct gbg_netcdf *series = &make->series;
     GBG_CALL(series, nc_put_var_text(series->file, make->fixed[SPATIAL], "xyz"));
     GBG_CALL(series, nc_put_var_text(series->file, make->fixed[CELL_SPATIAL], "abc"));
-    GBG_CALL(series,
-             nc_put_var_text(series->file, make->fixed[CELL_ANGULAR], "alphabeta gamma"));
+    GBG_CALL(series, nc_put_var_text(series->file, make->fixed[CELL_ANGULAR], "alphabeta gamma"));
 }
 
 static void put_particles(struct definition *make)
@@ -202,14 +198,12 @@ static int check_limits(const struct gbg_engine_view *view, const char *path)
                         path);
     }
     if (bytes > GBG_CDF2_VARIABLE_BYTES) {
-        return gbg_fail(view->context, GBG_E_SCENE, "%s: the coordinates of %lld particles take "
+        return gbg_fail(view->context, GBG_E_SCENE,
+                        "%s: the coordinates of %lld particles take "
                         "%lld bytes a frame, and the file format allows %lld (output.precision "
-                        "float takes half of double)", path, (long long)view->n, (long long)bytes,
+                        "float takes half of double)",
+                        path, (long long)view->n, (long long)bytes,
                         (long long)GBG_CDF2_VARIABLE_BYTES);
-    }
-    if (view->id[view->n - 1] > INT64_C(1) << 53) {
-        return gbg_fail(view->context, GBG_E_SCENE, "%s: id %lld does not fit into a trajectory, "
-                        "which holds ids up to 2^53", path, (long long)view->id[view->n - 1]);
     }
     return GBG_OK;
 }

@@ -53,8 +53,8 @@ static void describe_force(struct forces *all, int k)
     const struct gbg_force *force = &all->view.scene->force[k];
     char name[32], text[160];
     snprintf(name, sizeof name, "force_%d", k + 1);
-    int used = snprintf(text, sizeof text, "power %.17g, sum %s", force->power,
-                        sum_name[force->sum]);
+    int used =
+        snprintf(text, sizeof text, "power %.17g, sum %s", force->power, sum_name[force->sum]);
     if (force->sum == GBG_SUM_CUTOFF) {
         snprintf(text + used, sizeof text - (size_t)used, ", cutoff %.17g", force->cutoff);
     }
@@ -93,8 +93,7 @@ static void define(struct forces *all)
     /* int where every id fits, else double, because the format has no 64-bit integers */
     nc_type id_type = all->view.id[all->view.n - 1] <= INT32_MAX ? NC_INT : NC_DOUBLE;
     GBG_CALL(series, nc_def_dim(series->file, "atom", (size_t)all->view.n, &shape[0]));
-    GBG_CALL(series,
-             nc_def_dim(series->file, "dim", (size_t)all->view.box.dimension, &shape[1]));
+    GBG_CALL(series, nc_def_dim(series->file, "dim", (size_t)all->view.box.dimension, &shape[1]));
     GBG_CALL(series, nc_def_var(series->file, "forces", NC_DOUBLE, 2, shape, &all->forces));
     GBG_CALL(series, nc_def_var(series->file, "positions", NC_DOUBLE, 2, shape, &all->positions));
     GBG_CALL(series, nc_def_var(series->file, "species", NC_INT, 1, shape, &all->species));
@@ -153,9 +152,11 @@ static int check_limits(const struct gbg_engine_view *view, const char *path)
         return gbg_fail(view->context, GBG_E_SCENE, "%s: there is no particle to write", path);
     }
     if (bytes > GBG_CDF2_VARIABLE_BYTES) {
-        return gbg_fail(view->context, GBG_E_SCENE, "%s: the forces on %lld particles take %lld "
-                        "bytes, and the file format allows %lld", path, (long long)view->n,
-                        (long long)bytes, (long long)GBG_CDF2_VARIABLE_BYTES);
+        return gbg_fail(view->context, GBG_E_SCENE,
+                        "%s: the forces on %lld particles take %lld "
+                        "bytes, and the file format allows %lld",
+                        path, (long long)view->n, (long long)bytes,
+                        (long long)GBG_CDF2_VARIABLE_BYTES);
     }
     return GBG_OK;
 }

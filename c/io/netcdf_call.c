@@ -11,8 +11,8 @@ int gbg_netcdf_status(struct gbg_context *context, const struct gbg_netcdf *seri
     if (series->code == NC_NOERR) {
         return GBG_OK;
     }
-    const char *words = series->code > 0 ? gbg_file_error(series->code, text)
-                                         : nc_strerror(series->code);
+    const char *words =
+        series->code > 0 ? gbg_file_error(series->code, text) : nc_strerror(series->code);
     int status = series->code == NC_ENOMEM ? GBG_E_MEMORY : GBG_E_FILE;
     return gbg_fail(context, status, "%s: cannot %s: %s", path, what, words);
 }

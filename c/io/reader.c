@@ -1,4 +1,4 @@
-if (reader->has_diameters ||/* Side room io: trajectories being read: the data of frames. Opening is in reader_open.c. */
+/* Side room io: trajectories being read: the data of frames. Opening is in reader_open.c. */
 #include "io/reader.h"
 
 #include <inttypes.h>
@@ -30,9 +30,10 @@ static void get_few(const struct gbg_reader *reader, struct gbg_netcdf *series,
 static int bad_box(struct gbg_reader *reader, int64_t frame, const char *what, int axis,
                    double value)
 {
-    return gbg_fail(reader->context, GBG_E_FORMAT, "%s: frame %" PRId64 ": %s %d is %g; only "
-                    "periodic rectangular boxes can be read", reader->path, frame, what, axis + 1,
-                    value);
+    return gbg_fail(reader->context, GBG_E_FORMAT,
+                    "%s: frame %" PRId64 ": %s %d is %g; only "
+                    "periodic rectangular boxes can be read",
+                    reader->path, frame, what, axis + 1, value);
 }
 
 static int check_box(struct gbg_reader *reader, int64_t frame, const double *length,
@@ -107,8 +108,9 @@ int gbg_reader_frame(struct gbg_reader *reader, int64_t frame, double *time, int
 
 static int bad_coordinate(struct gbg_reader *reader, int64_t frame, int64_t i, int a, double value)
 {
-    return gbg_fail(reader->context, GBG_E_FORMAT, "%s: frame %" PRId64 ", particle %" PRId64
-                    " (both from 0): %c is %g, %s", reader->path, frame, i, "xyz"[a], value,
+    return gbg_fail(reader->context, GBG_E_FORMAT,
+                    "%s: frame %" PRId64 ", particle %" PRId64 " (both from 0): %c is %g, %s",
+                    reader->path, frame, i, "xyz"[a], value,
                     isfinite(value) ? "netCDF's mark of a value never written" : "not a number");
 }
 
@@ -118,7 +120,8 @@ int gbg_reader_positions(struct gbg_reader *reader, int64_t frame, double *const
     struct gbg_netcdf series = {reader->file, NC_NOERR};
     for (int64_t first = 0; first < reader->particles; first += GBG_READER_CHUNK) {
         int64_t end = chunk_end(reader, first);
-        size_t start[3] = {(size_t)frame, (size_t)first, 0}, count[3] = {1, (size_t)(end - first), 3};
+        size_t start[3] = {(size_t)frame, (size_t)first, 0},
+               count[3] = {1, (size_t)(end - first), 3};
         GBG_CALL(&series, nc_get_vara_double(reader->file, reader->coordinates.id, start, count,
                                              reader->buffer));
         if (series.code != NC_NOERR) {
@@ -145,9 +148,9 @@ int gbg_reader_images(struct gbg_reader *reader, int64_t frame, int32_t *const b
     for (int64_t first = 0; first < reader->particles && series.code == NC_NOERR;
          first += GBG_READER_CHUNK) {
         int64_t end = chunk_end(reader, first);
-        size_t start[3] = {(size_t)frame, (size_t)first, 0}, count[3] = {1, (size_t)(end - first), 3};
-        GBG_CALL(&series,
-                 nc_get_vara_int(reader->file, reader->image.id, start, count, values));
+        size_t start[3] = {(size_t)frame, (size_t)first, 0},
+               count[3] = {1, (size_t)(end - first), 3};
+        GBG_CALL(&series, nc_get_vara_int(reader->file, reader->image.id, start, count, values));
         for (int64_t i = first; i < end && series.code == NC_NOERR; i++) {
             for (int a = 0; a < reader->dimension; a++) {
                 base[a][i * step] = values[3 * (i - first) + a];
@@ -172,26 +175,27 @@ static int get_reals(struct gbg_reader *reader, const struct gbg_reader_variable
     struct gbg_netcdf series = {reader->file, NC_NOERR};
     size_t start[2] = {0, 0}, count[2] = {1, (size_t)reader->particles};
     int skip = has_frames ? 0 : 1;
-    GBG_CALL(&series, nc_get_vara_double(reader->file, variable->id, start + skip, count + skip,
-                                         values));
+    GBG_CALL(&series,
+             nc_get_vara_double(reader->file, variable->id, start + skip, count + skip, values));
     return gbg_netcdf_status(reader->context, &series, what, reader->path);
 }
 
 int gbg_reader_diameters(struct gbg_reader *reader, double *diameter)
 {
-    if (reader->diameter[0] > 0.0 || reader->radius.id < 0) {
+    if (reader->has_diameters || reader->radius.id < 0) {
         for (int64_t i = 0; i < reader->particles; i++) {
             diameter[i] = reader->has_diameters ? reader->diameter[reader->species[i]] : 1.0;
         }
         return GBG_OK;
     }
-    int status = get_reals(reader, &reader->radius, reader->radius_has_frames, "read radii",
-                           diameter);
+    int status =
+        get_reals(reader, &reader->radius, reader->radius_has_frames, "read radii", diameter);
     for (int64_t i = 0; i < reader->particles && status == GBG_OK; i++) {
         diameter[i] *= 2.0 * reader->radius.scale;
         if (!(diameter[i] >= 0.0 && diameter[i] < absurd)) {
-            status = gbg_fail(reader->context, GBG_E_FORMAT, "%s: the radius of particle %" PRId64
-                              " is %g", reader->path, i, diameter[i] / 2.0);
+            status = gbg_fail(reader->context, GBG_E_FORMAT,
+                              "%s: the radius of particle %" PRId64 " is %g", reader->path, i,
+                              diameter[i] / 2.0);
         }
     }
     return status;
@@ -214,9 +218,10 @@ int gbg_reader_ids(struct gbg_reader *reader, int64_t *id)
         for (int64_t i = first; i < end && status == GBG_OK; i++) {
             double value = reader->ids.id >= 0 ? reader->buffer[i - first] : (double)i;
             if (!(value > last && value <= 0x1p53 && value == floor(value))) {
-                status = gbg_fail(reader->context, GBG_E_FORMAT, "%s: the id of particle %" PRId64
-                                  " is %g, not a whole number up to 2^53 above the one before", reader->path, i,
-                                  value);
+                status = gbg_fail(reader->context, GBG_E_FORMAT,
+                                  "%s: the id of particle %" PRId64
+                                  " is %g, not a whole number up to 2^53 above the one before",
+                                  reader->path, i, value);
             }
             last = value;
             id[i] = status == GBG_OK ? (int64_t)value : 0;

@@ -24,8 +24,8 @@ struct gbg_reader {
     int types_have_frames, radius_has_frames; /* (frame,atom) instead of (atom) */
     int has_diameters;                        /* 1: of our own file, else see radius */
     double diameter[GBG_MAX_SPECIES];
-    int32_t *species;                         /* n, from 0 */
-    double *buffer;                           /* GBG_READER_CHUNK particles, 3 values each */
+    int32_t *species; /* n, from 0 */
+    double *buffer;   /* GBG_READER_CHUNK particles, 3 values each */
 };
 
 enum { GBG_READER_CHUNK = 4096 };

@@ -35,9 +35,10 @@ static int check_classic(struct gbg_reader *reader, int descriptor)
         return refuse(reader, defect);
     }
     if (header.size < header.needed) {
-        return gbg_fail(reader->context, GBG_E_FORMAT, "%s: it is cut short: %" PRId64
-                        " frames need %" PRId64 " bytes, and it has %" PRId64, reader->path,
-                        header.frames, header.needed, header.size);
+        return gbg_fail(reader->context, GBG_E_FORMAT,
+                        "%s: it is cut short: %" PRId64 " frames need %" PRId64
+                        " bytes, and it has %" PRId64,
+                        reader->path, header.frames, header.needed, header.size);
     }
     return GBG_OK;
 }
@@ -105,8 +106,7 @@ static int get_reals(struct opening *opening, int variable, const char *name, in
         length != (size_t)n) {
         return 0;
     }
-    GBG_CALL(&opening->series,
-             nc_get_att_double(opening->reader->file, variable, name, values));
+    GBG_CALL(&opening->series, nc_get_att_double(opening->reader->file, variable, name, values));
     return opening->series.code == NC_NOERR;
 }
 
@@ -122,8 +122,7 @@ static int get_text(struct opening *opening, const char *name, char *text, size_
     if (missing(opening, code, NC_ENOTATT) || type != NC_CHAR || length >= capacity) {
         return 0;
     }
-    GBG_CALL(&opening->series,
-             nc_get_att_text(opening->reader->file, NC_GLOBAL, name, text));
+    GBG_CALL(&opening->series, nc_get_att_text(opening->reader->file, NC_GLOBAL, name, text));
     text[length] = 0;
     return opening->series.code == NC_NOERR;
 }
@@ -224,8 +223,7 @@ static int find_variables(struct opening *opening)
     if (reader->coordinates.id < 0) {
         return refuse(reader, "it has no variable coordinates(frame, atom, spatial)");
     }
-    if (reader->lengths.id < 0 ||
-        dimension_length(opening, opening->cell_spatial) != 3 ||
+    if (reader->lengths.id < 0 || dimension_length(opening, opening->cell_spatial) != 3 ||
         (reader->angles.id >= 0 && dimension_length(opening, opening->cell_angular) != 3)) {
         return refuse(reader, "it has no box: cell_lengths(frame, cell_spatial) with three lengths "
                               "is needed");
@@ -251,7 +249,8 @@ static int get_types(struct opening *opening)
     return opening->series.code == NC_NOERR;
 }
 
-/* Types of a foreign file are any integers: the distinct ones in ascending order are the species. */
+/* Types of a foreign file are any integers: the distinct ones in ascending order are the species.
+ */
 static int number_species(struct gbg_reader *reader)
 {
     int32_t type[GBG_MAX_SPECIES];
@@ -265,8 +264,10 @@ static int number_species(struct gbg_reader *reader)
             continue;
         }
         if (known == GBG_MAX_SPECIES) {
-            return gbg_fail(reader->context, GBG_E_FORMAT, "%s: atom_types has more than %d "
-                            "different values", reader->path, (int)GBG_MAX_SPECIES);
+            return gbg_fail(reader->context, GBG_E_FORMAT,
+                            "%s: atom_types has more than %d "
+                            "different values",
+                            reader->path, (int)GBG_MAX_SPECIES);
         }
         memmove(type + k + 1, type + k, (size_t)(known - k) * sizeof *type);
         type[k] = reader->species[i];
@@ -288,9 +289,9 @@ static int check_species(struct gbg_reader *reader, int n_species)
 {
     for (int64_t i = 0; i < reader->particles; i++) {
         if (reader->species[i] < 1 || reader->species[i] > n_species) {
-            return gbg_fail(reader->context, GBG_E_FORMAT, "%s: atom_types of particle %" PRId64
-                            " is %d, allowed are 1 to %d", reader->path, i,
-                            (int)reader->species[i], n_species);
+            return gbg_fail(reader->context, GBG_E_FORMAT,
+                            "%s: atom_types of particle %" PRId64 " is %d, allowed are 1 to %d",
+                            reader->path, i, (int)reader->species[i], n_species);
         }
         reader->species[i]--;
     }
@@ -320,8 +321,8 @@ static int read_species(struct opening *opening)
             reader->has_names = 0;
         }
     }
-    reader->has_diameters = get_reals(opening, NC_GLOBAL, "species_diameter", reader->n_species,
-                                      reader->diameter);
+    reader->has_diameters =
+        get_reals(opening, NC_GLOBAL, "species_diameter", reader->n_species, reader->diameter);
     get_text(opening, "scene_digest", reader->digest, sizeof reader->digest);
     return GBG_OK;
 }
@@ -329,8 +330,8 @@ static int read_species(struct opening *opening)
 static int allocate(struct gbg_reader *reader)
 {
     void *memory;
-    int status = gbg_allocate(reader->context, &memory, reader->particles,
-                              sizeof *reader->species, "species of a trajectory");
+    int status = gbg_allocate(reader->context, &memory, reader->particles, sizeof *reader->species,
+                              "species of a trajectory");
     reader->species = memory;
     if (status == GBG_OK) {
         status = gbg_allocate(reader->context, &memory, GBG_READER_CHUNK, 3 * sizeof(double),
@@ -359,8 +360,8 @@ static int read_all(struct gbg_reader *reader)
         status = read_species(&opening);
     }
     if (status == GBG_OK) {
-        status = gbg_netcdf_status(reader->context, &opening.series, "read its header",
-                                   reader->path);
+        status =
+            gbg_netcdf_status(reader->context, &opening.series, "read its header", reader->path);
     }
     return status;
 }

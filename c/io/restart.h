@@ -8,7 +8,8 @@
 
 struct gbg_engine;
 
-/* The first bytes of every restart file: a line end that text transfers would change, as PNG has. */
+/* The first bytes of every restart file: a line end that text transfers would change, as PNG has.
+ */
 #define GBG_RESTART_MAGIC "gbgrst\r\n"
 
 struct gbg_restart {
@@ -24,7 +25,8 @@ struct gbg_restart {
     int32_t *image[3]; /* NULL without images */
 };
 
-/* Writes the engine's state: temporary name, sync, rename; the former file becomes PATH.previous. */
+/* Writes the engine's state: temporary name, sync, rename; the former file becomes PATH.previous.
+ */
 int gbg_restart_save(struct gbg_engine *engine, const char *path);
 
 /* Reads a file and checks all of it before anything is returned. The arrays are released by

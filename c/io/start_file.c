@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "core/file.h"
+#include "core/view.h"
 #include "io/reader.h"
 #include "io/restart.h"
 
@@ -54,7 +55,7 @@ static int check_dimension(struct gbg_scene *scene, int dimension)
 
 /* map[s]: species of the scene for species s of the file. */
 static void map_species(struct gbg_scene *scene, int n_species, int by_name,
-                       char name[][GBG_NAME_CAPACITY], int map[GBG_MAX_SPECIES])
+                        char name[][GBG_NAME_CAPACITY], int map[GBG_MAX_SPECIES])
 {
     for (int s = 0; s < n_species; s++) {
         map[s] = !by_name && s < scene->n_species ? s : -1;
@@ -71,11 +72,14 @@ static int apply_map(struct gbg_scene *scene, struct gbg_particles *particles, i
     for (int64_t i = 0; i < particles->n; i++) {
         int32_t s = particles->species[i];
         if (s < 0 || s >= n_species) {
-            return gbg_fail(scene->context, GBG_E_FORMAT, "%s: particle %" PRId64 " is of species "
-                            "%d, and the file has %d", scene->start_file, i, (int)s + 1, n_species);
+            return gbg_fail(scene->context, GBG_E_FORMAT,
+                            "%s: particle %" PRId64 " is of species "
+                            "%d, and the file has %d",
+                            scene->start_file, i, (int)s + 1, n_species);
         }
         if (map[s] < 0) {
-            return gbg_fail(scene->context, GBG_E_SCENE, "%s: particle %" PRId64 " is of species "
+            return gbg_fail(scene->context, GBG_E_SCENE,
+                            "%s: particle %" PRId64 " is of species "
                             "%d (%s), which the scene with its %d species does not have",
                             scene->start_file, i, (int)s + 1, name[s], scene->n_species);
         }
@@ -95,11 +99,13 @@ static int read_frame(struct gbg_scene *scene, struct gbg_reader *reader,
         return status;
     }
     if (frame < 0 || frame >= reader->frames) {
-        return gbg_fail(scene->context, GBG_E_SCENE, "%s: frame %" PRId64 " was asked for, and it "
-                        "has %" PRId64 " (counted from 0)", scene->start_file, scene->start_frame,
-                        reader->frames);
+        return gbg_fail(scene->context, GBG_E_SCENE,
+                        "%s: frame %" PRId64 " was asked for, and it "
+                        "has %" PRId64 " (counted from 0)",
+                        scene->start_file, scene->start_frame, reader->frames);
     }
-    status = gbg_particles_allocate(scene->context, reader->particles, reader->dimension, particles);
+    status =
+        gbg_particles_allocate(scene->context, reader->particles, reader->dimension, particles);
     if (status == GBG_OK) {
         status = gbg_reader_frame(reader, frame, &time, &step, box->length, box->origin);
     }
@@ -168,11 +174,8 @@ static int read_restart(struct gbg_scene *scene, struct gbg_particles *particles
     return status;
 }
 
-static void take(struct gbg_scene *scene, const struct gbg_particles *particles,
-                 const struct found_box *box)
+static void take_box(struct gbg_scene *scene, const struct found_box *box)
 {
-    scene->arrays = *particles;
-    scene->start = GBG_START_ARRAYS;
     if (!box->known) {
         return;
     }
@@ -183,11 +186,35 @@ static void take(struct gbg_scene *scene, const struct gbg_particles *particles,
     }
     for (int a = 0; a < scene->dimension; a++) {
         if (scene->length[a] != 0.0 && scene->length[a] != box->length[a]) {
-            gbg_log(scene->context, GBG_LOG_WARNING, "%s: its box is %.17g long on axis %d, the "
-                    "scene's %.17g; particles are wrapped into the scene's", scene->start_file,
-                    box->length[a], a + 1, scene->length[a]);
+            gbg_log(scene->context, GBG_LOG_WARNING,
+                    "%s: its box is %.17g long on axis %d, the "
+                    "scene's %.17g; particles are wrapped into the scene's",
+                    scene->start_file, box->length[a], a + 1, scene->length[a]);
         }
     }
+}
+
+static int read_kind(struct gbg_scene *scene, enum kind kind, struct gbg_particles *particles,
+                     struct found_box *box)
+{
+    if (kind == KIND_TEXT) {
+        return gbg_io_read_text(scene, particles);
+    }
+    return kind == KIND_TRAJECTORY ? read_trajectory(scene, particles, box)
+                                   : read_restart(scene, particles, box);
+}
+
+static int add(struct gbg_scene *scene, const struct gbg_particles *particles)
+{
+    struct gbg_points points = {.n = particles->n, .step = 1};
+    for (int a = 0; a < scene->dimension; a++) {
+        points.base[a] = particles->position[a];
+    }
+    int status = gbg_particles_add(scene, &points, particles->species, 0, particles->id);
+    if (status != GBG_OK) {
+        gbg_message_prefix(scene->context, "%s", scene->start_file);
+    }
+    return status;
 }
 
 int gbg_io_read_start(struct gbg_scene *scene)
@@ -196,21 +223,21 @@ int gbg_io_read_start(struct gbg_scene *scene)
     struct gbg_particles particles = {0};
     struct found_box box = {0};
     if (scene->arrays.n > 0) {
-        return gbg_fail(scene->context, GBG_E_SCENE, "%s: the scene already has %" PRId64
+        return gbg_fail(scene->context, GBG_E_SCENE,
+                        "%s: the scene already has %" PRId64
                         " particles from arrays; give them or a start file, not both",
                         scene->start_file, scene->arrays.n);
     }
     int status = detect(scene, &kind);
     if (status == GBG_OK) {
-        status = kind == KIND_TRAJECTORY ? read_trajectory(scene, &particles, &box)
-                 : kind == KIND_RESTART  ? read_restart(scene, &particles, &box)
-                                         : gbg_io_read_text(scene, &particles);
+        status = read_kind(scene, kind, &particles, &box);
     }
-    if (status != GBG_OK) {
-        gbg_particles_release(&particles);
-        return status;
+    if (status == GBG_OK) {
+        status = add(scene, &particles);
     }
-    gbg_particles_release(&scene->arrays);
-    take(scene, &particles, &box);
-    return GBG_OK;
+    if (status == GBG_OK) {
+        take_box(scene, &box);
+    }
+    gbg_particles_release(&particles);
+    return status;
 }

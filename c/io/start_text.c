@@ -24,8 +24,9 @@ struct text {
 static int refuse(const struct text *text, int column, const char *what)
 {
     const struct gbg_scene *scene = text->scene;
-    return gbg_fail(scene->context, GBG_E_FORMAT, "%s, line %" PRId64 ", column %d: \"%.60s\" is %s",
-                    scene->start_file, text->line, column + 1, text->field[column], what);
+    return gbg_fail(scene->context, GBG_E_FORMAT,
+                    "%s, line %" PRId64 ", column %d: \"%.60s\" is %s", scene->start_file,
+                    text->line, column + 1, text->field[column], what);
 }
 
 /* Splits the line at blanks, up to a comment; fields beyond the most are counted only. */
@@ -58,10 +59,11 @@ static int next_line(struct text *text)
         text->line++;
         size_t length = strlen(text->raw);
         if ((length == 0 || text->raw[length - 1] != '\n') && !feof(text->file)) {
-            gbg_fail(scene->context, GBG_E_FORMAT, "%s, line %" PRId64 ": it is longer than %d "
+            gbg_fail(scene->context, GBG_E_FORMAT,
+                     "%s, line %" PRId64 ": it is longer than %d "
                      "bytes or holds a zero byte: this is neither a text of columns, a netCDF "
-                     "trajectory nor a restart file", scene->start_file, text->line,
-                     LINE_BYTES - 2);
+                     "trajectory nor a restart file",
+                     scene->start_file, text->line, LINE_BYTES - 2);
             return -1;
         }
         split(text);
@@ -126,9 +128,10 @@ static int read_particle(struct text *text, struct gbg_particles *particles, int
     int dimension = scene->dimension, status = GBG_OK;
     int may_lack = scene->n_species == 1 && text->fields == dimension;
     if (text->fields != dimension + 1 && !may_lack) {
-        return gbg_fail(scene->context, GBG_E_FORMAT, "%s, line %" PRId64 ": it has %d columns "
-                        "(\"%.60s\" ...), expected are %d: %s species", scene->start_file,
-                        text->line, text->fields, text->field[0], dimension + 1,
+        return gbg_fail(scene->context, GBG_E_FORMAT,
+                        "%s, line %" PRId64 ": it has %d columns "
+                        "(\"%.60s\" ...), expected are %d: %s species",
+                        scene->start_file, text->line, text->fields, text->field[0], dimension + 1,
                         dimension == 2 ? "x y" : "x y z");
     }
     for (int a = 0; a < dimension && status == GBG_OK; a++) {

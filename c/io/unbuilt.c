@@ -7,8 +7,10 @@
 
 static int refuse(struct gbg_context *context, const char *path)
 {
-    return gbg_fail(context, GBG_E_UNBUILT, "%s: this build has no netCDF; configure with "
-                    "-DGBG_WITH_NETCDF=ON (Debian: libnetcdf-dev)", path);
+    return gbg_fail(context, GBG_E_UNBUILT,
+                    "%s: this build has no netCDF; configure with "
+                    "-DGBG_WITH_NETCDF=ON (Debian: libnetcdf-dev)",
+                    path);
 }
 
 static int refuse_engine(struct gbg_engine *engine, const char *path)

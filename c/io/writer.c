@@ -61,16 +61,16 @@ static void put_float(unsigned char *to, float value)
 static int write_failed(struct gbg_writer *writer, int number)
 {
     char text[GBG_ERROR_TEXT];
-    return gbg_fail(writer->context, GBG_E_FILE, "%s: cannot write frame %" PRId64 ": %s (the "
-                    "frames before it are safe)", writer->path, writer->size.frames,
-                    gbg_file_error(number, text));
+    return gbg_fail(writer->context, GBG_E_FILE,
+                    "%s: cannot write frame %" PRId64 ": %s (the "
+                    "frames before it are safe)",
+                    writer->path, writer->size.frames, gbg_file_error(number, text));
 }
 
 /* Writes bytes of the frame in flight, `skip` bytes into a variable. */
 static int put(struct gbg_writer *writer, int v, int64_t skip, const void *data, size_t bytes)
 {
-    int64_t offset =
-        gbg_classic_offset(&writer->header, &writer->variable[v], writer->size.frames);
+    int64_t offset = gbg_classic_offset(&writer->header, &writer->variable[v], writer->size.frames);
     int number = gbg_file_write(writer->descriptor, data, bytes, offset + skip);
     return number ? write_failed(writer, number) : GBG_OK;
 }
@@ -251,23 +251,29 @@ static int check_engine(struct gbg_writer *writer, const struct gbg_engine_view 
 {
     const struct gbg_writer_size *size = &writer->size;
     if (view->n != size->particles || view->box.dimension != size->dimension) {
-        return gbg_fail(writer->context, GBG_E_ARGUMENT, "%s: the engine has %" PRId64
-                        " particles in %d dimensions, the file %" PRId64 " in %d", writer->path,
-                        view->n, view->box.dimension, size->particles, size->dimension);
+        return gbg_fail(
+            writer->context, GBG_E_ARGUMENT,
+            "%s: the engine has %" PRId64 " particles in %d dimensions, the file %" PRId64 " in %d",
+            writer->path, view->n, view->box.dimension, size->particles, size->dimension);
     }
     if (view->has_images < writer->has_images || view->has_overlap < writer->has_overlap) {
-        return gbg_fail(writer->context, GBG_E_ARGUMENT, "%s: the file holds %s and the engine "
-                        "keeps none", writer->path,
+        return gbg_fail(writer->context, GBG_E_ARGUMENT,
+                        "%s: the file holds %s and the engine "
+                        "keeps none",
+                        writer->path,
                         view->has_images < writer->has_images ? "images" : "overlap flags");
     }
     if ((double)view->step < writer->last_step) {
-        return gbg_fail(writer->context, GBG_E_ORDER, "%s: the engine is at step %" PRIu64
+        return gbg_fail(writer->context, GBG_E_ORDER,
+                        "%s: the engine is at step %" PRIu64
                         " and the file already at step %.0f; gbg_trajectory_continue cuts it back",
                         writer->path, view->step, writer->last_step);
     }
     if (size->frames >= most_frames) {
-        return gbg_fail(writer->context, GBG_E_FILE, "%s: it holds %" PRId64 " frames, the most "
-                        "that the file format can count", writer->path, size->frames);
+        return gbg_fail(writer->context, GBG_E_FILE,
+                        "%s: it holds %" PRId64 " frames, the most "
+                        "that the file format can count",
+                        writer->path, size->frames);
     }
     return GBG_OK;
 }
@@ -299,7 +305,8 @@ int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine)
     return GBG_OK;
 }
 
-/* Finds the variables of the file that is open and checks that they lie as this code writes them. */
+/* Finds the variables of the file that is open and checks that they lie as this code writes them.
+ */
 static int read_layout(struct gbg_writer *writer)
 {
     for (int v = 0; v < GBG_FRAME_VARIABLES; v++) {
@@ -317,15 +324,18 @@ static int read_layout(struct gbg_writer *writer)
                      (v != GBG_FRAME_OVERLAP || writer->has_overlap);
         if (variable->found != wanted ||
             (wanted && (!variable->is_record || variable->begin != next))) {
-            return gbg_fail(writer->context, GBG_E_FORMAT, "%s: variable %s is not where gamboge "
-                            "puts it, so frames cannot be added", writer->path,
-                            gbg_frame_variable_name[v]);
+            return gbg_fail(writer->context, GBG_E_FORMAT,
+                            "%s: variable %s is not where gamboge "
+                            "puts it, so frames cannot be added",
+                            writer->path, gbg_frame_variable_name[v]);
         }
         next += wanted ? variable->bytes : 0;
     }
     if (writer->header.version != 2 || next - first != writer->header.record) {
-        return gbg_fail(writer->context, GBG_E_FORMAT, "%s: it was not laid out by gamboge, so "
-                        "frames cannot be added", writer->path);
+        return gbg_fail(writer->context, GBG_E_FORMAT,
+                        "%s: it was not laid out by gamboge, so "
+                        "frames cannot be added",
+                        writer->path);
     }
     return GBG_OK;
 }
@@ -356,8 +366,8 @@ static int make(const struct gbg_engine_view *view, const char *path, struct gbg
     fresh->last_step = -1.0;
     fresh->has_images = view->has_images;
     fresh->has_overlap = view->has_overlap;
-    fresh->size = (struct gbg_writer_size){0, view->n, view->box.dimension,
-                                           view->scene->n_species, view->scene->output_double};
+    fresh->size = (struct gbg_writer_size){0, view->n, view->box.dimension, view->scene->n_species,
+                                           view->scene->output_double};
     if (!gbg_text_copy(fresh->path, sizeof fresh->path, path)) {
         return gbg_fail(view->context, GBG_E_ARGUMENT, "%.60s...: the path is longer than %d bytes",
                         path, GBG_PATH_CAPACITY - 1);
@@ -406,22 +416,27 @@ static int check_file(const struct gbg_reader *reader, const struct gbg_writer *
     const struct gbg_writer_size *size = &writer->size;
     gbg_scene_digest(view->scene, digest);
     if (reader->particles != size->particles || reader->dimension != size->dimension) {
-        return gbg_fail(view->context, GBG_E_FORMAT, "%s: it holds %" PRId64 " particles in %d "
-                        "dimensions, the engine %" PRId64 " in %d", writer->path,
-                        reader->particles, reader->dimension, size->particles, size->dimension);
+        return gbg_fail(view->context, GBG_E_FORMAT,
+                        "%s: it holds %" PRId64 " particles in %d "
+                        "dimensions, the engine %" PRId64 " in %d",
+                        writer->path, reader->particles, reader->dimension, size->particles,
+                        size->dimension);
     }
     if (strcmp(reader->digest, digest) != 0) {
-        return gbg_fail(view->context, GBG_E_FORMAT, "%s: it belongs to another scene (digest "
-                        "%.12s..., this scene has %.12s...)", writer->path,
-                        reader->digest[0] ? reader->digest : "missing", digest);
+        return gbg_fail(view->context, GBG_E_FORMAT,
+                        "%s: it belongs to another scene (digest "
+                        "%.12s..., this scene has %.12s...)",
+                        writer->path, reader->digest[0] ? reader->digest : "missing", digest);
     }
     if (reader->is_double != size->is_double || reader->has_images != writer->has_images ||
         reader->has_overlap != writer->has_overlap) {
-        return gbg_fail(view->context, GBG_E_FORMAT, "%s: its frames hold %s coordinates, images: "
-                        "%s, overlap flags: %s; this scene asks for %s, %s, %s", writer->path,
-                        reader->is_double ? "double" : "float", reader->has_images ? "yes" : "no",
-                        reader->has_overlap ? "yes" : "no", size->is_double ? "double" : "float",
-                        writer->has_images ? "yes" : "no", writer->has_overlap ? "yes" : "no");
+        return gbg_fail(view->context, GBG_E_FORMAT,
+                        "%s: its frames hold %s coordinates, images: "
+                        "%s, overlap flags: %s; this scene asks for %s, %s, %s",
+                        writer->path, reader->is_double ? "double" : "float",
+                        reader->has_images ? "yes" : "no", reader->has_overlap ? "yes" : "no",
+                        size->is_double ? "double" : "float", writer->has_images ? "yes" : "no",
+                        writer->has_overlap ? "yes" : "no");
     }
     return GBG_OK;
 }
@@ -442,11 +457,11 @@ static int count_kept(struct gbg_writer *writer, uint64_t step, int64_t *kept)
 {
     for (*kept = writer->header.frames; *kept > 0; --*kept) {
         unsigned char raw[8];
-        int64_t offset = gbg_classic_offset(
-            &writer->header, &writer->variable[GBG_FRAME_STEP_NUMBER], *kept - 1);
+        int64_t offset = gbg_classic_offset(&writer->header,
+                                            &writer->variable[GBG_FRAME_STEP_NUMBER], *kept - 1);
         if (gbg_file_read(writer->descriptor, raw, sizeof raw, offset) != 0) {
-            return gbg_fail(writer->context, GBG_E_FILE, "%s: cannot read the step of frame %"
-                            PRId64, writer->path, *kept - 1);
+            return gbg_fail(writer->context, GBG_E_FILE,
+                            "%s: cannot read the step of frame %" PRId64, writer->path, *kept - 1);
         }
         uint64_t bits = 0;
         for (int k = 0; k < 8; k++) {
@@ -479,7 +494,8 @@ int gbg_writer_continue(struct gbg_engine *engine, const char *path, struct gbg_
     if (status == GBG_OK && kept < (*writer)->header.frames) {
         status = put_count(*writer, kept);
     }
-    if (status == GBG_OK && ftruncate((*writer)->descriptor, (off_t)bytes_with(*writer, kept)) != 0) {
+    if (status == GBG_OK &&
+        ftruncate((*writer)->descriptor, (off_t)bytes_with(*writer, kept)) != 0) {
         status = write_failed(*writer, errno);
     }
     if (status == GBG_OK) {

@@ -16,8 +16,6 @@ void gbg_scene_release(struct gbg_scene *scene);
 int gbg_box_give(struct gbg_scene *scene, const double *length, const double *origin);
 int gbg_species_add(struct gbg_scene *scene, const struct gbg_species *species);
 int gbg_force_add(struct gbg_scene *scene, const struct gbg_force *force);
-int gbg_particles_add(struct gbg_scene *scene, const struct gbg_points *points,
-                      const int32_t *species, int base, const int64_t *ids);
 
 /* A scene file into a fresh scene. */
 int gbg_scene_read_file(struct gbg_context *context, const char *path, struct gbg_scene **scene);

@@ -123,6 +123,12 @@ int gbg_particles_allocate(struct gbg_context *context, int64_t n, int dimension
                            struct gbg_particles *particles);
 void gbg_particles_release(struct gbg_particles *particles);
 
+/* Checks a block of particles and adds it to scene->arrays, which become the start; the terms are
+ * those of gbg_scene_add_particles. */
+struct gbg_points;
+int gbg_particles_add(struct gbg_scene *scene, const struct gbg_points *points,
+                      const int32_t *species, int base, const int64_t *ids);
+
 /* SHA-256 text of everything that the dynamics depend on (box, species, forces, rule, dynamics,
  * seed, precision; not steps or output), for restart files. */
 void gbg_scene_digest(const struct gbg_scene *scene, char text[65]);
