@@ -26,8 +26,9 @@ struct gbg_state {
     double *force[3];
     uint32_t *start_high[3], *start_low[3]; /* coordinates before the step */
     int32_t *start_image[3];
-    uint8_t *overlapped; /* 1: took part in an overlap in this step */
-    float *source;       /* alpha of each particle, for 32-bit pair sums */
+    uint8_t *overlapped;  /* 1: took part in an overlap in this step */
+    float *source;        /* alpha of each particle, for 32-bit pair sums */
+    double *own_diameter; /* of each particle, for a caller's arrays; NULL: the species' */
     int n_species;
     double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
 };

@@ -47,6 +47,9 @@ struct search {
 
 static double contact_of(const struct gbg_state *state, int64_t i, int64_t j)
 {
+    if (state->own_diameter) {
+        return 0.5 * (state->own_diameter[i] + state->own_diameter[j]);
+    }
     int s = state->species ? state->species[i] : 0, t = state->species ? state->species[j] : 0;
     return 0.5 * (state->diameter[s] + state->diameter[t]);
 }

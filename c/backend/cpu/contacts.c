@@ -18,22 +18,19 @@ static const double pair_cap = 0.25;
 
 /* Contact distances of all species pairs, made once a call. */
 struct table {
-    int n_species;
     double contact[GBG_SPECIES_MAX][GBG_SPECIES_MAX];
-    double limit[GBG_SPECIES_MAX][GBG_SPECIES_MAX]; /* squared distance below which it overlaps */
+    double least; /* a pair closer than contact times this overlaps */
     double largest;
 };
 
 static void make_table(const struct gbg_state *state, double tolerance, struct table *table)
 {
-    table->n_species = state->n_species;
+    table->least = 1.0 - tolerance;
     table->largest = 0.0;
     for (int s = 0; s < state->n_species; s++) {
         for (int t = 0; t < state->n_species; t++) {
             double contact = 0.5 * (state->diameter[s] + state->diameter[t]);
-            double least = contact * (1.0 - tolerance);
             table->contact[s][t] = contact;
-            table->limit[s][t] = least * least;
             table->largest = contact > table->largest ? contact : table->largest;
         }
     }
@@ -47,9 +44,14 @@ struct round {
     const struct table *table;
 };
 
-static inline int species_of(const struct gbg_state *state, int64_t i)
+static inline double contact_of(const struct round *round, int64_t i, int64_t j)
 {
-    return state->species ? state->species[i] : 0;
+    const struct gbg_state *state = round->state;
+    if (state->own_diameter) {
+        return 0.5 * (state->own_diameter[i] + state->own_diameter[j]);
+    }
+    return state->species ? round->table->contact[state->species[i]][state->species[j]]
+                          : round->table->contact[0][0];
 }
 
 static inline double difference(const struct gbg_state *state, int64_t i, int64_t j,
@@ -105,11 +107,11 @@ static inline int push_pair(const struct round *round, int64_t i, int64_t j, int
     const struct gbg_state *state = round->state;
     int64_t quanta[3];
     double squared = difference(state, i, j, quanta);
-    int s = species_of(state, i), t = species_of(state, j);
-    if (squared >= round->table->limit[s][t]) {
+    double contact = contact_of(round, i, j), least = contact * round->table->least;
+    if (squared >= least * least) {
         return 0;
     }
-    double contact = round->table->contact[s][t], distance = sqrt(squared);
+    double distance = sqrt(squared);
     double depth = contact - distance;
     double move = round->rule->bounce ? depth : 0.5 * (depth + contact_margin * contact);
     move = move > pair_cap * contact ? pair_cap * contact : move;
