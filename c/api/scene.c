@@ -31,6 +31,15 @@ int gbg_scene_create(struct gbg_context *context, int dimension, struct gbg_scen
     return named(context, __func__, gbg_scene_make(context, dimension, scene));
 }
 
+int gbg_scene_read(struct gbg_context *context, const char *path, struct gbg_scene **scene)
+{
+    if (!context || !path || !scene) {
+        return missing(context, __func__, !context ? "context" : path ? "scene" : "path");
+    }
+    *scene = NULL;
+    return gbg_scene_read_file(context, path, scene);
+}
+
 int gbg_scene_destroy(struct gbg_scene **scene)
 {
     if (scene) {

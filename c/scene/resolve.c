@@ -253,8 +253,8 @@ static int check_cores(const struct gbg_scene *scene)
     double most = one_size(scene) ? gbg_densest(scene->dimension) : 1;
     if (packing > most * (1 + slack)) {
         return gbg_fail(scene->context, GBG_E_SCENE,
-                        "box.packing: the hard cores fill %.6g of the box, allowed at most %.6g%s",
-                        packing, most,
+                        "%s: the hard cores fill %.6g of the box, allowed at most %.6g%s",
+                        scene->packing > 0 ? "box.packing" : "box.size", packing, most,
                         most == 1               ? ""
                         : scene->dimension == 2 ? " = pi/(2 sqrt 3), close-packed discs"
                                                 : " = pi/(3 sqrt 2), close-packed spheres");
@@ -377,5 +377,9 @@ int gbg_scene_resolve(struct gbg_scene *scene)
         return gbg_fail(scene->context, GBG_E_ORDER,
                         "particles.start.file: \"%s\" has to be read first", scene->start_file);
     }
-    return gbg_scene_resolve_known(scene);
+    int status = gbg_scene_resolve_known(scene);
+    if (status != GBG_OK && scene->source[0]) {
+        gbg_message_prefix(scene->context, "%.700s", scene->source);
+    }
+    return status;
 }
