@@ -1,33 +1,13 @@
-! L5: the C interface of gamboge as it is, and its constants: one interface body a public function
+! L5: the C interface of gamboge as it is, with its constants: one interface body a public function
 ! of the headers include/gamboge, under the C name. The modules above build on it; use it to call C
 ! just as C does (0-based indices, statuses, text that ends in c_null_char, c_ptr handles).
 ! An array that may be NULL is a type(c_ptr), value; ptrdiff_t is integer(c_intptr_t).
 module gamboge_c
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_int32_t, &
       c_int64_t, c_intptr_t, c_ptr
+   use gamboge_constants
    implicit none
    public
-
-   ! Statuses (status.h). 0: done; positive: refused, nothing changed; negative: object is spent.
-   integer(c_int), parameter :: gbg_ok = 0
-   integer(c_int), parameter :: gbg_e_argument = 1
-   integer(c_int), parameter :: gbg_e_name = 2
-   integer(c_int), parameter :: gbg_e_scene = 3
-   integer(c_int), parameter :: gbg_e_file = 4
-   integer(c_int), parameter :: gbg_e_format = 5
-   integer(c_int), parameter :: gbg_e_unbuilt = 6
-   integer(c_int), parameter :: gbg_e_memory = 7
-   integer(c_int), parameter :: gbg_e_overlap = 8
-   integer(c_int), parameter :: gbg_e_step = 9
-   integer(c_int), parameter :: gbg_e_order = 10
-   integer(c_int), parameter :: gbg_e_space = 11
-   integer(c_int), parameter :: gbg_e_internal = -1
-
-   ! Limits (scene.h) and log levels (context.h).
-   integer(c_int), parameter :: gbg_max_species = 10
-   integer(c_int), parameter :: gbg_max_forces = 8
-   integer(c_int), parameter :: gbg_log_info = 0
-   integer(c_int), parameter :: gbg_log_warning = 1
 
    interface
       ! status.h
