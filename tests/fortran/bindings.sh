@@ -1,11 +1,11 @@
 #!/bin/sh
 # Does module gamboge_c say what the C headers say? Compares every GBG_API function (name, result,
 # names and kinds of arguments) and the value of every public constant.
-# bindings.sh HEADER_DIR GENERATED_HEADER_DIR MODULE_FILE CC FC: exit status 1 and a list of
+# bindings.sh HEADER_DIR GENERATED_HEADER_DIR MODULE_DIR CC FC: exit status 1 and a list of
 # differences when they differ.
 set -eu
 export LC_ALL=C
-headers=$1 generated=$2 module=$3 cc=$4 fc=$5
+headers=$1 generated=$2 module=$3/gamboge_c.f90 constants=$3/gamboge_constants.f90 cc=$4 fc=$5
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -57,12 +57,12 @@ awk -f "$here/constants.awk" "$headers"/*.h | sort -u > "$work/constants.txt"
 } > "$work/constants.f90"
 $cc -I"$headers/.." -I"$generated" -I"$generated/gamboge" "$work/constants.c" -o "$work/constants_c"
 "$work/constants_c" > "$work/values_c.txt"
-if $fc -J"$work" "$module" "$work/constants.f90" -o "$work/constants_f" 2> "$work/fc.log"; then
+if $fc -J"$work" "$constants" "$module" "$work/constants.f90" -o "$work/constants_f" 2> "$work/fc.log"; then
     "$work/constants_f" > "$work/values_f.txt"
     diff "$work/values_c.txt" "$work/values_f.txt" > "$work/diff.txt" ||
         { echo "bindings: constants differ (< C, > Fortran)"; cat "$work/diff.txt"; bad=1; }
 else
-    echo "bindings: a constant of the headers is missing in $module"
+    echo "bindings: a constant of the headers is missing in $constants"
     grep -i 'error' "$work/fc.log"
     bad=1
 fi
