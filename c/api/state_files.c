@@ -16,13 +16,16 @@ static int named(struct gbg_context *context, int status, const char *call)
     return status;
 }
 
-static int check(const struct gbg_engine *engine, const char *path, const char *call,
+static int check(struct gbg_engine *engine, const char *path, const char *call,
                  struct gbg_engine_view *view)
 {
     if (!engine) {
         return gbg_fail(NULL, GBG_E_ARGUMENT, "%s: engine is NULL", call);
     }
-    gbg_engine_look(engine, view);
+    int status = gbg_engine_look(engine, view);
+    if (status != GBG_OK) {
+        return named(view->context, status, call);
+    }
     if (!path || !path[0]) {
         return gbg_fail(view->context, GBG_E_ARGUMENT, "%s: path is %s", call,
                         path ? "empty" : "NULL");
@@ -35,7 +38,8 @@ int gbg_engine_save(struct gbg_engine *engine, const char *path)
     static const char call[] = "gbg_engine_save";
     struct gbg_engine_view view;
     int status = check(engine, path, call, &view);
-    return status == GBG_OK ? named(view.context, gbg_restart_save(engine, path), call) : status;
+    return status == GBG_OK ? named(view.context, gbg_restart_save(engine, &view, path), call)
+                            : status;
 }
 
 int gbg_engine_load(struct gbg_engine *engine, const char *path)
@@ -43,7 +47,8 @@ int gbg_engine_load(struct gbg_engine *engine, const char *path)
     static const char call[] = "gbg_engine_load";
     struct gbg_engine_view view;
     int status = check(engine, path, call, &view);
-    return status == GBG_OK ? named(view.context, gbg_restart_load(engine, path), call) : status;
+    return status == GBG_OK ? named(view.context, gbg_restart_load(engine, &view, path), call)
+                            : status;
 }
 
 /* Samples against a direct sum: 1000, or what the work allows for very many particles. */
@@ -68,6 +73,7 @@ int gbg_engine_write_forces(struct gbg_engine *engine, const char *path)
     if (status == GBG_OK) {
         status = measure(engine, &view, &error);
     }
-    return status == GBG_OK ? named(view.context, gbg_forces_write(engine, &error, path), call)
-                            : status;
+    return status == GBG_OK
+               ? named(view.context, gbg_forces_write(engine, &view, &error, path), call)
+               : status;
 }

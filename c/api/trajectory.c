@@ -64,7 +64,7 @@ static int finish(struct gbg_trajectory **trajectory, int status, const char *ca
     return named(context, status, call);
 }
 
-typedef int (*begin_writing)(struct gbg_engine *, const char *, struct gbg_writer **);
+typedef int (*begin_writing)(const struct gbg_engine_view *, const char *, struct gbg_writer **);
 
 static int write_to(struct gbg_engine *engine, const char *path, const char *call,
                     begin_writing begin, struct gbg_trajectory **trajectory)
@@ -77,12 +77,15 @@ static int write_to(struct gbg_engine *engine, const char *path, const char *cal
     if (!engine) {
         return missing(NULL, call, "engine");
     }
-    gbg_engine_look(engine, &view);
-    int status = check_path(view.context, call, path);
+    int status = gbg_engine_look(engine, &view);
+    if (status != GBG_OK) {
+        return named(view.context, status, call);
+    }
+    status = check_path(view.context, call, path);
     if (status == GBG_OK) {
         status = make_handle(view.context, call, trajectory);
     }
-    return status == GBG_OK ? finish(trajectory, begin(engine, path, &(*trajectory)->writer), call)
+    return status == GBG_OK ? finish(trajectory, begin(&view, path, &(*trajectory)->writer), call)
                             : status;
 }
 
@@ -111,7 +114,12 @@ int gbg_trajectory_append(struct gbg_trajectory *trajectory, struct gbg_engine *
         return gbg_fail(trajectory->context, GBG_E_ORDER,
                         "%s: the trajectory was opened to be read", call);
     }
-    return named(trajectory->context, gbg_writer_append(trajectory->writer, engine), call);
+    struct gbg_engine_view view;
+    int status = gbg_engine_look(engine, &view);
+    if (status == GBG_OK) {
+        status = gbg_writer_append(trajectory->writer, engine, &view);
+    }
+    return named(trajectory->context, status, call);
 }
 
 int gbg_trajectory_open(struct gbg_context *context, const char *path,
@@ -377,7 +385,7 @@ int gbg_trajectory_images(struct gbg_trajectory *trajectory, int64_t frame, int6
     if (status == GBG_OK && !trajectory->reader->has_images) {
         status = gbg_fail(trajectory->context, GBG_E_NAME,
                           "%s: %s holds no image counts (scene "
-                          "option output.unwrapped)",
+                          "option output.trajectory.unwrapped)",
                           call, trajectory->reader->path);
     }
     return status == GBG_OK ? named(trajectory->context,
@@ -399,7 +407,7 @@ int gbg_trajectory_overlapped(struct gbg_trajectory *trajectory, int64_t frame, 
     if (status == GBG_OK && !trajectory->reader->has_overlap) {
         status = gbg_fail(trajectory->context, GBG_E_NAME,
                           "%s: %s holds no overlap flags (scene "
-                          "option output.overlap)",
+                          "option output.trajectory.overlap)",
                           call, trajectory->reader->path);
     }
     return status == GBG_OK ? named(trajectory->context,

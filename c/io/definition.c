@@ -198,12 +198,12 @@ static int check_limits(const struct gbg_engine_view *view, const char *path)
                         path);
     }
     if (bytes > GBG_CDF2_VARIABLE_BYTES) {
-        return gbg_fail(view->context, GBG_E_SCENE,
-                        "%s: the coordinates of %lld particles take "
-                        "%lld bytes a frame, and the file format allows %lld (output.precision "
-                        "float takes half of double)",
-                        path, (long long)view->n, (long long)bytes,
-                        (long long)GBG_CDF2_VARIABLE_BYTES);
+        return gbg_fail(
+            view->context, GBG_E_SCENE,
+            "%s: the coordinates of %lld particles take "
+            "%lld bytes a frame, and the file format allows %lld (output.trajectory.precision "
+            "float takes half of double)",
+            path, (long long)view->n, (long long)bytes, (long long)GBG_CDF2_VARIABLE_BYTES);
     }
     return GBG_OK;
 }

@@ -161,12 +161,11 @@ static int check_limits(const struct gbg_engine_view *view, const char *path)
     return GBG_OK;
 }
 
-int gbg_forces_write(struct gbg_engine *engine, const struct gbg_force_error *error,
-                     const char *path)
+int gbg_forces_write(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const struct gbg_force_error *error, const char *path)
 {
-    struct forces all = {.series = {-1, NC_NOERR}};
+    struct forces all = {.series = {-1, NC_NOERR}, .view = *view};
     char temporary[TEMPORARY_BYTES] = "";
-    gbg_engine_look(engine, &all.view);
     int status = check_limits(&all.view, path);
     if (status == GBG_OK) {
         status = allocate(&all);

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 struct gbg_engine;
+struct gbg_engine_view;
 
 /* A measured error of the forces, for the file's attributes. */
 struct gbg_force_error {
@@ -13,7 +14,7 @@ struct gbg_force_error {
 };
 
 /* forces(atom,dim), positions(atom,dim), species(atom) from 1, id(atom), in the order of ids. */
-int gbg_forces_write(struct gbg_engine *engine, const struct gbg_force_error *error,
-                     const char *path);
+int gbg_forces_write(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const struct gbg_force_error *error, const char *path);
 
 #endif

@@ -105,27 +105,26 @@ static int put_all(struct gbg_restart_stream *stream, struct gbg_engine *engine,
     return status;
 }
 
-int gbg_restart_save(struct gbg_engine *engine, const char *path)
+int gbg_restart_save(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const char *path)
 {
-    struct gbg_engine_view view;
     char temporary[TEMPORARY_BYTES];
-    gbg_engine_look(engine, &view);
-    int status = gbg_file_temporary(view.context, path, temporary, sizeof temporary);
+    int status = gbg_file_temporary(view->context, path, temporary, sizeof temporary);
     if (status != GBG_OK) {
         return status;
     }
-    struct gbg_restart_stream stream = {.context = view.context, .path = path};
+    struct gbg_restart_stream stream = {.context = view->context, .path = path};
     stream.descriptor = open(temporary, O_WRONLY | O_CLOEXEC);
     if (stream.descriptor < 0) {
         status = fail(&stream, errno);
     } else {
-        status = put_all(&stream, engine, &view);
+        status = put_all(&stream, engine, view);
         if (close(stream.descriptor) != 0 && status == GBG_OK) {
             status = fail(&stream, errno);
         }
     }
     if (status == GBG_OK) {
-        status = gbg_file_commit_keeping(view.context, temporary, path);
+        status = gbg_file_commit_keeping(view->context, temporary, path);
     }
     if (status != GBG_OK) {
         gbg_file_abandon(temporary);
@@ -163,24 +162,24 @@ static int check_engine(const struct gbg_restart *restart, const struct gbg_engi
     if (view->has_images && !restart->has_images) {
         return gbg_fail(view->context, GBG_E_FORMAT,
                         "%s: it holds no image counts, and the scene "
-                        "asks for them (output.unwrapped)",
+                        "asks for them (output.trajectory.unwrapped)",
                         path);
     }
     return GBG_OK;
 }
 
-int gbg_restart_load(struct gbg_engine *engine, const char *path)
+int gbg_restart_load(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const char *path)
 {
-    struct gbg_engine_view view;
     struct gbg_restart restart;
-    gbg_engine_look(engine, &view);
-    int status = gbg_restart_read(view.context, path, &restart);
+    int status = gbg_restart_read(view->context, path, &restart);
     if (status == GBG_OK) {
-        status = check_engine(&restart, &view, path);
+        status = check_engine(&restart, view, path);
     }
     if (status == GBG_OK) {
-        status = gbg_engine_restore(engine, restart.step, (const uint64_t *const *)restart.fraction,
-                                    view.has_images ? (const int32_t *const *)restart.image : NULL);
+        status =
+            gbg_engine_restore(engine, restart.step, (const uint64_t *const *)restart.fraction,
+                               view->has_images ? (const int32_t *const *)restart.image : NULL);
     }
     gbg_restart_release(&restart);
     return status;

@@ -7,6 +7,7 @@
 #include "scene/scene.h"
 
 struct gbg_engine;
+struct gbg_engine_view;
 
 /* The first bytes of every restart file: a line end that text transfers would change, as PNG has.
  */
@@ -27,7 +28,8 @@ struct gbg_restart {
 
 /* Writes the engine's state: temporary name, sync, rename; the former file becomes PATH.previous.
  */
-int gbg_restart_save(struct gbg_engine *engine, const char *path);
+int gbg_restart_save(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const char *path);
 
 /* Reads a file and checks all of it before anything is returned. The arrays are released by
  * gbg_restart_release, also after a failure. */
@@ -35,6 +37,7 @@ int gbg_restart_read(struct gbg_context *context, const char *path, struct gbg_r
 void gbg_restart_release(struct gbg_restart *restart);
 
 /* Puts the state of a file into an engine of the same scene. */
-int gbg_restart_load(struct gbg_engine *engine, const char *path);
+int gbg_restart_load(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const char *path);
 
 #endif

@@ -13,23 +13,18 @@ static int refuse(struct gbg_context *context, const char *path)
                     path);
 }
 
-static int refuse_engine(struct gbg_engine *engine, const char *path)
-{
-    struct gbg_engine_view view;
-    gbg_engine_look(engine, &view);
-    return refuse(view.context, path);
-}
-
-int gbg_writer_create(struct gbg_engine *engine, const char *path, struct gbg_writer **writer)
+int gbg_writer_create(const struct gbg_engine_view *view, const char *path,
+                      struct gbg_writer **writer)
 {
     *writer = NULL;
-    return refuse_engine(engine, path);
+    return refuse(view->context, path);
 }
 
-int gbg_writer_continue(struct gbg_engine *engine, const char *path, struct gbg_writer **writer)
+int gbg_writer_continue(const struct gbg_engine_view *view, const char *path,
+                        struct gbg_writer **writer)
 {
     *writer = NULL;
-    return refuse_engine(engine, path);
+    return refuse(view->context, path);
 }
 
 int gbg_reader_open(struct gbg_context *context, const char *path, struct gbg_reader **reader)
@@ -38,18 +33,19 @@ int gbg_reader_open(struct gbg_context *context, const char *path, struct gbg_re
     return refuse(context, path);
 }
 
-int gbg_forces_write(struct gbg_engine *engine, const struct gbg_force_error *error,
-                     const char *path)
+int gbg_forces_write(struct gbg_engine *engine, const struct gbg_engine_view *view,
+                     const struct gbg_force_error *error, const char *path)
 {
-    (void)error;
-    return refuse_engine(engine, path);
+    (void)engine, (void)error;
+    return refuse(view->context, path);
 }
 
 /* The others work on objects that only the calls above make. */
-int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine)
+int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine,
+                      const struct gbg_engine_view *view)
 {
-    (void)writer;
-    return refuse_engine(engine, "a trajectory");
+    (void)writer, (void)engine;
+    return refuse(view->context, "a trajectory");
 }
 
 void gbg_writer_look(const struct gbg_writer *writer, struct gbg_writer_size *size)

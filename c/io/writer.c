@@ -278,15 +278,14 @@ static int check_engine(struct gbg_writer *writer, const struct gbg_engine_view 
     return GBG_OK;
 }
 
-int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine)
+int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine,
+                      const struct gbg_engine_view *view)
 {
-    struct gbg_engine_view view;
-    gbg_engine_look(engine, &view);
-    int status = check_engine(writer, &view);
+    int status = check_engine(writer, view);
     if (status != GBG_OK) {
         return status;
     }
-    status = put_record(writer, engine, &view);
+    status = put_record(writer, engine, view);
     if (status == GBG_OK) {
         status = sync_data(writer);
     }
@@ -301,7 +300,7 @@ int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine)
         return status;
     }
     writer->size.frames++;
-    writer->last_step = (double)view.step;
+    writer->last_step = (double)view->step;
     return GBG_OK;
 }
 
@@ -391,16 +390,15 @@ static int finish(struct gbg_writer **writer, int status)
     return status;
 }
 
-int gbg_writer_create(struct gbg_engine *engine, const char *path, struct gbg_writer **writer)
+int gbg_writer_create(const struct gbg_engine_view *view, const char *path,
+                      struct gbg_writer **writer)
 {
-    struct gbg_engine_view view;
-    gbg_engine_look(engine, &view);
-    int status = make(&view, path, writer);
+    int status = make(view, path, writer);
     if (status == GBG_OK) {
-        status = gbg_file_temporary(view.context, path, (*writer)->temporary, TEMPORARY_BYTES);
+        status = gbg_file_temporary(view->context, path, (*writer)->temporary, TEMPORARY_BYTES);
     }
     if (status == GBG_OK) {
-        status = gbg_trajectory_define(&view, (*writer)->temporary, path);
+        status = gbg_trajectory_define(view, (*writer)->temporary, path);
     }
     if (status == GBG_OK) {
         status = open_file(*writer, (*writer)->temporary);
@@ -476,20 +474,19 @@ static int count_kept(struct gbg_writer *writer, uint64_t step, int64_t *kept)
     return GBG_OK;
 }
 
-int gbg_writer_continue(struct gbg_engine *engine, const char *path, struct gbg_writer **writer)
+int gbg_writer_continue(const struct gbg_engine_view *view, const char *path,
+                        struct gbg_writer **writer)
 {
-    struct gbg_engine_view view;
     int64_t kept = 0;
-    gbg_engine_look(engine, &view);
-    int status = make(&view, path, writer);
+    int status = make(view, path, writer);
     if (status == GBG_OK) {
-        status = check_path(*writer, &view);
+        status = check_path(*writer, view);
     }
     if (status == GBG_OK) {
         status = open_file(*writer, path);
     }
     if (status == GBG_OK) {
-        status = count_kept(*writer, view.step, &kept);
+        status = count_kept(*writer, view->step, &kept);
     }
     if (status == GBG_OK && kept < (*writer)->header.frames) {
         status = put_count(*writer, kept);

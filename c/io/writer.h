@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 struct gbg_engine;
+struct gbg_engine_view;
 struct gbg_writer;
 
 struct gbg_writer_size { /* of a trajectory */
@@ -13,14 +14,17 @@ struct gbg_writer_size { /* of a trajectory */
 };
 
 /* A new file, under a temporary name until the first frame is in it. */
-int gbg_writer_create(struct gbg_engine *engine, const char *path, struct gbg_writer **writer);
+int gbg_writer_create(const struct gbg_engine_view *view, const char *path,
+                      struct gbg_writer **writer);
 
 /* A file that an earlier run of the same scene left: its frames later than the engine's step, and
  * what a broken run may have left behind the last frame, are cut off. */
-int gbg_writer_continue(struct gbg_engine *engine, const char *path, struct gbg_writer **writer);
+int gbg_writer_continue(const struct gbg_engine_view *view, const char *path,
+                        struct gbg_writer **writer);
 
 /* Adds the engine's present state. On failure the file holds the frames that it had. */
-int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine);
+int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine,
+                      const struct gbg_engine_view *view);
 
 void gbg_writer_look(const struct gbg_writer *writer, struct gbg_writer_size *size);
 
