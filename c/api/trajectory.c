@@ -2,10 +2,10 @@
 #include "gamboge/trajectory.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 #include "core/context.h"
 #include "core/memory.h"
-#include "core/text.h"
 #include "engine/view.h"
 #include "io/forces_file.h"
 #include "io/reader.h"

@@ -1,0 +1,155 @@
+/* Tests of files: engines with a state that is known for every step. */
+#ifndef GBG_TESTS_IO_MADE_H
+#define GBG_TESTS_IO_MADE_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "core/random.h"
+#include "engine/engine.h"
+#include "gamboge/gamboge.h"
+
+struct made {
+    int dimension;
+    int64_t n;
+    const char *precision; /* "double" or "float" */
+    int unwrapped, overlap, spread_ids;
+    int64_t seed;
+};
+
+static inline void made_good(const struct gbg_context *context, int status)
+{
+    if (status != GBG_OK) {
+        fail_msg("%s: %s", gbg_status_name(status), gbg_message(context));
+    }
+}
+
+/* Fraction of the box, image count and overlap flag of particle i at a step: any bits at all. */
+static inline uint64_t made_fraction(int64_t step, int64_t i, int axis)
+{
+    struct gbg_philox r =
+        gbg_philox(gbg_philox_counter((uint64_t)step, (uint64_t)i, 200), (uint32_t)axis, 1);
+    return (uint64_t)r.word[0] << 32 | r.word[1];
+}
+
+static inline int32_t made_image(int64_t step, int64_t i, int axis)
+{
+    return (int32_t)((step + 7 * i + 3 * axis) % 11 - 5);
+}
+
+static inline int32_t made_flag(int64_t step, int64_t i)
+{
+    return (int32_t)((step + i) % 3 == 0);
+}
+
+static inline int64_t made_id(const struct made *made, int64_t i)
+{
+    return made->spread_ids ? 5 + 3 * i + (i > 2 ? INT64_C(5000000000) : 0) : i;
+}
+
+static const double made_length[3] = {1250.5, 725.25, 900.0}, made_origin[3] = {-3.0, 0.5, 100.0};
+
+static inline struct gbg_scene *made_scene(struct gbg_context *context, const struct made *made)
+{
+    struct gbg_scene *scene;
+    made_good(context, gbg_scene_create(context, made->dimension, &scene));
+    made_good(context, gbg_scene_set_box(scene, made_length, made_origin));
+    made_good(context, gbg_scene_add_species(scene, "big", 1.25, -1, 1, -1, -1, NULL));
+    made_good(context, gbg_scene_add_species(scene, "small one", 0.1, 1, -2, -1, -1, NULL));
+    made_good(context, gbg_scene_set_real(scene, "dynamics.dt", 0.01));
+    made_good(context, gbg_scene_set_real(scene, "dynamics.temperature", 0.02));
+    made_good(context, gbg_scene_set_integer(scene, "run.seed", made->seed));
+    made_good(context, gbg_scene_set_text(scene, "output.trajectory.precision", made->precision));
+    made_good(context,
+              gbg_scene_set_integer(scene, "output.trajectory.unwrapped", made->unwrapped));
+    made_good(context, gbg_scene_set_integer(scene, "output.trajectory.overlap", made->overlap));
+    if (made->overlap) {
+        made_good(context, gbg_scene_set_text(scene, "excluded_volume.rule", "contact"));
+    }
+    for (int64_t i = 0; i < made->n; i++) {
+        int32_t species = i % 3 == 1;
+        int64_t id = made_id(made, i);
+        double x[3] = {2.0 * (double)(i % 300), 2.0 * (double)(i / 300), 0.0};
+        made_good(context, gbg_scene_add_particles(scene, 1, &x[0], &x[1],
+                                                   made->dimension == 3 ? &x[2] : NULL, 1, &species,
+                                                   0, &id));
+    }
+    return scene;
+}
+
+static inline struct gbg_engine *made_engine(struct gbg_context *context, const struct made *made)
+{
+    struct gbg_engine *engine;
+    struct gbg_scene *scene = made_scene(context, made);
+    made_good(context, gbg_engine_create(scene, &engine));
+    gbg_scene_destroy(&scene);
+    return engine;
+}
+
+/* Puts the known state of a step into the engine. */
+static inline void made_set(struct gbg_engine *engine, int64_t step)
+{
+    int64_t n = engine->state.owned;
+    int dimension = engine->state.box.dimension, images = engine->state.image[0] != NULL;
+    uint64_t *fraction[3] = {NULL, NULL, NULL};
+    int32_t *image[3] = {NULL, NULL, NULL};
+    for (int a = 0; a < dimension; a++) {
+        fraction[a] = malloc((size_t)n * sizeof **fraction);
+        image[a] = malloc((size_t)n * sizeof **image);
+        for (int64_t i = 0; i < n; i++) {
+            fraction[a][i] = made_fraction(step, i, a);
+            image[a][i] = made_image(step, i, a);
+        }
+    }
+    made_good(engine->context,
+              gbg_engine_restore(engine, (uint64_t)step, (const uint64_t *const *)fraction,
+                                 images ? (const int32_t *const *)image : NULL));
+    for (int64_t i = 0; engine->state.overlapped && i < n; i++) {
+        engine->state.overlapped[i] = (uint8_t)made_flag(step, i);
+    }
+    for (int a = 0; a < dimension; a++) {
+        free(fraction[a]);
+        free(image[a]);
+    }
+}
+
+/* The coordinate that a file should hold, computed apart from core/box.h: within 2^-52 of the box.
+ */
+static inline double made_coordinate(int64_t step, int64_t i, int axis)
+{
+    long double fraction = (long double)made_fraction(step, i, axis) / 18446744073709551616.0L;
+    return (double)(made_origin[axis] + made_length[axis] * fraction);
+}
+
+/* A directory for the files of a test; empty again at the end or the test fails. */
+static char made_directory[] = "/tmp/gbg_io_XXXXXX";
+
+static inline const char *made_path(const char *name)
+{
+    static char path[4][256];
+    static int next;
+    next = (next + 1) % 4;
+    snprintf(path[next], sizeof path[next], "%s/%s", made_directory, name);
+    return path[next];
+}
+
+static inline int made_start(void **state)
+{
+    (void)state;
+    return mkdtemp(made_directory) ? 0 : -1;
+}
+
+static inline int made_stop(void **state)
+{
+    (void)state;
+    return rmdir(made_directory);
+}
+
+#endif
