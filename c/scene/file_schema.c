@@ -37,8 +37,13 @@ static const cyaml_schema_value_t species = {
 };
 
 static const cyaml_schema_field_t start_fields[] = {
-    VALUE(gbg_file_start, lattice), VALUE(gbg_file_start, jitter), VALUE(gbg_file_start, random),
-    VALUE(gbg_file_start, file),    VALUE(gbg_file_start, frame),  CYAML_FIELD_END,
+    VALUE(gbg_file_start, lattice),
+    VALUE(gbg_file_start, vacancies),
+    VALUE(gbg_file_start, jitter),
+    VALUE(gbg_file_start, random),
+    VALUE(gbg_file_start, file),
+    VALUE(gbg_file_start, frame),
+    CYAML_FIELD_END,
 };
 
 static const cyaml_schema_field_t particles_fields[] = {

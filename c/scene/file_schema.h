@@ -22,7 +22,7 @@ struct gbg_file_species {
 };
 
 struct gbg_file_start {
-    char *lattice, *jitter, *random, *file, *frame;
+    char *lattice, *vacancies, *jitter, *random, *file, *frame;
 };
 
 struct gbg_file_particles {

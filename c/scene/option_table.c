@@ -66,6 +66,8 @@ const struct gbg_option gbg_scene_options[] = {
            "triangular, square, fcc, cubic",
            "start on lattice sites (triangular, square in 2D; fcc, cubic in 3D), those that are too "
            "many left empty at random, species at random", 0, start_on_lattice),
+    PLAIN("particles.start.vacancies", GBG_REAL, vacancies, "0", "[0, 0.99]",
+          "share of the lattice sites that stays empty, more only where a periodic lattice needs it"),
     PLAIN("particles.start.jitter", GBG_REAL, jitter, "0", "[0, 1]",
           "random shift from the site, over half the free gap between neighbours: never an overlap"),
     OPTION("particles.start.random", GBG_CHOICE, start, "not given", "insertion",

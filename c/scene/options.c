@@ -41,11 +41,39 @@ static int wrong_type(struct gbg_context *context, const struct gbg_option *opti
                     type_names[option->type], option->range, as);
 }
 
+/* Numbers mean the same in every locale: their decimal point is a point. */
+static double parse_real(const char *text, char **end)
+{
+    locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    locale_t old = plain ? uselocale(plain) : (locale_t)0;
+    double value = strtod(text, end);
+    if (plain) {
+        uselocale(old);
+        freelocale(plain);
+    }
+    return value;
+}
+
+/* Shortest of 15 or 17 digits that is read back as the same number. */
+static void format_real(double value, size_t capacity, char *text)
+{
+    locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    locale_t old = plain ? uselocale(plain) : (locale_t)0;
+    snprintf(text, capacity, "%.15g", value);
+    if (strtod(text, NULL) != value) {
+        snprintf(text, capacity, "%.17g", value);
+    }
+    if (plain) {
+        uselocale(old);
+        freelocale(plain);
+    }
+}
+
 static int inside(const char *range, double value)
 {
     char *end;
-    double low = strtod(range + 1, &end);
-    double high = strtod(end + 1, &end);
+    double low = parse_real(range + 1, &end);
+    double high = parse_real(end + 1, &end);
     int above = range[0] == '(' ? value > low : value >= low;
     int below = *end == ')' ? value < high : value <= high;
     return above && below;
@@ -158,20 +186,6 @@ int gbg_option_set_text(struct gbg_context *context, const struct gbg_option *op
     return set_word(option, base, index + option->first);
 }
 
-/* A file means the same in every locale: the decimal point is a point. */
-static double parse_real(const char *text, char **end)
-{
-    locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
-    if (plain == (locale_t)0) {
-        return strtod(text, end);
-    }
-    locale_t old = uselocale(plain);
-    double value = strtod(text, end);
-    uselocale(old);
-    freelocale(plain);
-    return value;
-}
-
 int gbg_option_parse(struct gbg_context *context, const struct gbg_option *option, void *base,
                      const char *text)
 {
@@ -232,10 +246,7 @@ int gbg_option_format(const struct gbg_option *option, const void *base, size_t 
     if (option->type == GBG_REAL) {
         double value;
         memcpy(&value, from, sizeof value);
-        snprintf(word, sizeof word, "%.15g", value);
-        if (strtod(word, NULL) != value) {
-            snprintf(word, sizeof word, "%.17g", value);
-        }
+        format_real(value, sizeof word, word);
     } else if (option->type == GBG_INTEGER) {
         int64_t value;
         memcpy(&value, from, sizeof value);

@@ -72,11 +72,12 @@ struct gbg_scene {
     int n_forces;
     struct gbg_force force[GBG_MAX_FORCES];
 
-    int64_t count; /* particles.count; -1: follows from species counts, arrays or file */
-    int64_t n;     /* after gbg_scene_resolve: the number of particles */
-    int start;     /* enum gbg_start */
-    int lattice;   /* enum gbg_lattice */
-    double jitter; /* of the lattice, as a fraction of the free gap between neighbours, 0..1 */
+    int64_t count;    /* particles.count; -1: follows from species counts, arrays or file */
+    int64_t n;        /* after gbg_scene_resolve: the number of particles */
+    int start;        /* enum gbg_start */
+    int lattice;      /* enum gbg_lattice */
+    double vacancies; /* share of the sites left empty at least, 0..1 */
+    double jitter;    /* of the lattice, as a fraction of the free gap between neighbours, 0..1 */
     char start_file[GBG_PATH_CAPACITY];
     int64_t start_frame;         /* of a trajectory; -1: the last */
     int64_t next_id;             /* free for the next particle added */

@@ -84,7 +84,8 @@ static int refuse_lattice(const struct gbg_scene *scene, const struct gbg_sites 
 int gbg_start_lattice(struct gbg_scene *scene, struct gbg_particles *particles)
 {
     struct gbg_sites sites;
-    gbg_lattice_fit(scene->dimension, scene->lattice, scene->length, scene->n, &sites);
+    int64_t wanted = (int64_t)ceil((double)scene->n / (1 - scene->vacancies) - 1e-9);
+    gbg_lattice_fit(scene->dimension, scene->lattice, scene->length, wanted, &sites);
     double core = scene->rule == GBG_RULE_NONE ? 0 : gbg_largest_diameter(scene);
     double widest = 0;
     for (int a = 0; a < scene->dimension; a++) {
