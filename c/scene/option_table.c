@@ -56,20 +56,20 @@ static void move(struct gbg_scene *scene)
 /* clang-format off */
 const struct gbg_option gbg_scene_options[] = {
     PLAIN("box.packing", GBG_REAL, packing, "not given", "[0, 1]",
-          "area (2D) or volume (3D) of the cores over that of the box, from which its size follows; "
-          "at most 0.9069 (2D) and 0.74048 (3D) with hard cores of one size"),
+          "area (2D) or volume (3D) of the cores over that of the box, from which its size "
+          "follows; at most 0.9069 (2D) and 0.74048 (3D) with hard cores of one size"),
     PLAIN("box.shape", GBG_CHOICE, shape, "square", "square, lattice",
           "with box.packing: all lengths equal, or lengths that hold whole cells of the lattice"),
     PLAIN("particles.count", GBG_INTEGER, count, "not given", "[0, 2147483647]",
           "number of particles; needed when species have fractions"),
     OPTION("particles.start.lattice", GBG_CHOICE, lattice, "not given",
            "triangular, square, fcc, cubic",
-           "start on lattice sites (triangular, square in 2D; fcc, cubic in 3D), those that are too "
-           "many left empty at random, species at random", 0, start_on_lattice),
+           "start on lattice sites (triangular, square in 2D; fcc, cubic in 3D), those that are "
+           "too many left empty at random, species at random", 0, start_on_lattice),
     PLAIN("particles.start.vacancies", GBG_REAL, vacancies, "0", "[0, 0.99]",
-          "share of the lattice sites that stays empty, more only where a periodic lattice needs it"),
+          "share of the lattice sites that stays empty, or a little more"),
     PLAIN("particles.start.jitter", GBG_REAL, jitter, "0", "[0, 1]",
-          "random shift from the site, over half the free gap between neighbours: never an overlap"),
+          "random shift over half the free gap between neighbours: never an overlap"),
     OPTION("particles.start.random", GBG_CHOICE, start, "not given", "insertion",
            "start by random insertion without overlap, large particles first",
            GBG_START_INSERTION, start_at_random),
@@ -92,8 +92,8 @@ const struct gbg_option gbg_scene_options[] = {
     OPTION("dynamics.dt", GBG_REAL, dt, "required", "(0, 1e100]",
            "time step", 0, move),
     OPTION("dynamics.temperature", GBG_REAL, temperature, "0", "[0, 1e100]",
-           "variance of the noise in a component over the time step: the diffusion coefficient of "
-           "a free particle is half of it", 0, move),
+           "noise of a component in a step has the variance temperature dt: free particles "
+           "diffuse with D = temperature / 2", 0, move),
     OPTION("dynamics.noise.limit", GBG_REAL, noise_limit, "not given", "[1, 40]",
            "largest noise of a component in standard deviations", 0, move),
     OPTION("dynamics.noise.limit_by", GBG_CHOICE, limit_by, "none", "none, clamp, redraw",
@@ -144,7 +144,7 @@ const struct gbg_option gbg_species_options[] = {
 
 const struct gbg_option gbg_force_options[] = {
     FORCE("law", GBG_CHOICE, law, "power", "power",
-          "F_i = mobility_i sum_k alpha_k r_ik / |r_ik|^(power+1), r_ik from i to k"),
+          "force on i: mobility_i sum_k alpha_k r_ik / r^(power+1), r_ik from k to i"),
     FORCE("power", GBG_REAL, power, "required", "(0, 24]", "the force falls as r^-power"),
     FORCE("sum", GBG_CHOICE, sum, "minimum_image", "minimum_image, cutoff, lattice",
           "over which images: the nearest of each particle, those closer than the cut-off, or all "
@@ -155,16 +155,16 @@ const struct gbg_option gbg_force_options[] = {
           "relative RMS error asked for; 0: the default of the sum"),
     END};
 
-#define SHAPE_OF_FILE(key, otherwise, allowed, means)                                              \
+#define SHAPE_OF_FILE(key, kind, otherwise, allowed, means)                                        \
     {.name = key, .standard = otherwise, .range = allowed, .meaning = means,                       \
-     .line = key "|list|" otherwise "|" allowed "|" means}
+     .line = key "|" kind "|" otherwise "|" allowed "|" means}
 
 const struct gbg_option gbg_file_options[] = {
-    SHAPE_OF_FILE("dimension", "length of box.size, else 2", "2, 3", "dimension of space"),
-    SHAPE_OF_FILE("box.size", "not given", "[1e-100, 1e100] each", "lengths of the box"),
-    SHAPE_OF_FILE("box.origin", "0", "[-1e100, 1e100] each", "lower corner of the box"),
-    SHAPE_OF_FILE("box.boundary", "periodic", "periodic each", "boundary on each axis"),
-    SHAPE_OF_FILE("particles.species", "required", "1 to 10 entries", "the species, see below"),
-    SHAPE_OF_FILE("forces", "none", "0 to 8 entries", "the forces, see below"),
+    SHAPE_OF_FILE("dimension", "integer", "length of box.size, else 2", "2, 3", "of space"),
+    SHAPE_OF_FILE("box.size", "list", "not given", "[1e-100, 1e100] each", "lengths of the box"),
+    SHAPE_OF_FILE("box.origin", "list", "0", "[-1e100, 1e100] each", "lower corner of the box"),
+    SHAPE_OF_FILE("box.boundary", "list", "periodic", "periodic each", "boundary on each axis"),
+    SHAPE_OF_FILE("particles.species", "list", "required", "1 to 10 entries", "see below"),
+    SHAPE_OF_FILE("forces", "list", "none", "0 to 8 entries", "see below"),
     END};
 /* clang-format on */

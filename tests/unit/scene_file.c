@@ -134,7 +134,8 @@ static void every_option_has_its_key(void **state)
     (void)state;
     for (const struct gbg_option *o = gbg_scene_options; o->name; o++) {
         char text[1024], part[128], word[128];
-        const char *value = o->type == GBG_REAL || o->type == GBG_INTEGER ? "1" : "true";
+        const char *value = o->type == GBG_REAL || o->type == GBG_INTEGER ? "0.5" : "true";
+        value = o->type == GBG_INTEGER || strstr(o->name, "limit") ? "1" : value;
         if (o->type == GBG_CHOICE) {
             snprintf(word, sizeof word, "%.*s", (int)strcspn(o->range, ","), o->range);
             value = word;
