@@ -59,10 +59,11 @@ static const double made_length[3] = {1250.5, 725.25, 900.0}, made_origin[3] = {
 static inline struct gbg_scene *made_scene(struct gbg_context *context, const struct made *made)
 {
     struct gbg_scene *scene;
+    int64_t count = made->n > 0 ? -1 : 0; /* from arrays, or none at all */
     made_good(context, gbg_scene_create(context, made->dimension, &scene));
     made_good(context, gbg_scene_set_box(scene, made_length, made_origin));
-    made_good(context, gbg_scene_add_species(scene, "big", 1.25, -1, 1, -1, -1, NULL));
-    made_good(context, gbg_scene_add_species(scene, "small one", 0.1, 1, -2, -1, -1, NULL));
+    made_good(context, gbg_scene_add_species(scene, "big", 1.25, -1, 1, -1, count, NULL));
+    made_good(context, gbg_scene_add_species(scene, "small one", 0.1, 1, -2, -1, count, NULL));
     made_good(context, gbg_scene_set_real(scene, "dynamics.dt", 0.01));
     made_good(context, gbg_scene_set_real(scene, "dynamics.temperature", 0.02));
     made_good(context, gbg_scene_set_integer(scene, "run.seed", made->seed));
@@ -70,6 +71,9 @@ static inline struct gbg_scene *made_scene(struct gbg_context *context, const st
     made_good(context,
               gbg_scene_set_integer(scene, "output.trajectory.unwrapped", made->unwrapped));
     made_good(context, gbg_scene_set_integer(scene, "output.trajectory.overlap", made->overlap));
+    if (made->n == 0) {
+        made_good(context, gbg_scene_set_text(scene, "particles.start.random", "insertion"));
+    }
     if (made->overlap) {
         made_good(context, gbg_scene_set_text(scene, "excluded_volume.rule", "contact"));
     }
