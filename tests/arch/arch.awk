@@ -10,7 +10,7 @@ BEGIN {
     may["io"] = "io core public scene/scene.h engine/view.h"
     may["analysis"] = "analysis core public"
     may["api"] = "api engine scene backend core io analysis public"
-    may["command"] = "command core public"
+    may["command"] = "command bench core public"
     may["bench"] = "bench backend core public"
     may["public"] = "public"
     may["examples"] = "public"

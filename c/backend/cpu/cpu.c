@@ -77,6 +77,9 @@ int gbg_cpu_create(struct gbg_context *context, struct gbg_device **device)
 
 void gbg_cpu_destroy(struct gbg_device *device)
 {
+    if (device) {
+        gbg_release(device->workspace);
+    }
     gbg_release(device);
 }
 
@@ -88,6 +91,21 @@ int gbg_cpu_scratch(struct gbg_device *device, void **pointer, int64_t count, si
         memset(*pointer, 0xFF, (size_t)count * size);
     }
     return status;
+}
+
+int gbg_cpu_workspace(struct gbg_device *device, size_t bytes, void **pointer)
+{
+    if (bytes > device->workspace_bytes) {
+        gbg_release(device->workspace);
+        device->workspace_bytes = 0;
+        int status = gbg_cpu_scratch(device, &device->workspace, (int64_t)bytes, 1, "workspace");
+        if (status != GBG_OK) {
+            return status;
+        }
+        device->workspace_bytes = bytes;
+    }
+    *pointer = device->workspace;
+    return GBG_OK;
 }
 
 static int allocate(struct gbg_device *device, void **pointer, int64_t count, size_t size,

@@ -16,13 +16,17 @@ struct gbg_device {
     int threads;
     int poison; /* 1: fresh scratch memory is filled with NaN */
     const struct gbg_cpu_variant *variant;
-    struct gbg_kernels
-        kernels; /* those of the variant, unless another backend puts its own first */
+    struct gbg_kernels kernels; /* of the variant, unless another backend puts its own in place */
+    void *workspace;
+    size_t workspace_bytes;
 };
 
 /* Scratch memory of kernels; undefined contents. Released by gbg_release. */
 int gbg_cpu_scratch(struct gbg_device *device, void **pointer, int64_t count, size_t size,
                     const char *what);
+
+/* Memory that the device keeps for its next kernels: grows at first use, undefined contents. */
+int gbg_cpu_workspace(struct gbg_device *device, size_t bytes, void **pointer);
 
 /* Functions of the backend that the poison backend shares. */
 int gbg_cpu_probe(struct gbg_context *context);

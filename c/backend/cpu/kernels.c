@@ -1,6 +1,7 @@
 /* L1: the table of kernels of one instruction set. */
-#include "backend/cpu/cpu.h"
 #include "backend/cpu/contacts.h"
+#include "backend/cpu/cpu.h"
+#include "backend/cpu/direct.h"
 #include "backend/cpu/list.h"
 #include "backend/cpu/variant.h"
 
@@ -12,6 +13,9 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .integrate = GBG_ISA_NAME(gbg_cpu_integrate),
             .cutoff_mixed = GBG_ISA_NAME(gbg_cpu_cutoff_mixed),
             .cutoff_double = GBG_ISA_NAME(gbg_cpu_cutoff_double),
+            .direct_mixed = GBG_ISA_NAME(gbg_cpu_direct_mixed),
+            .direct_double = GBG_ISA_NAME(gbg_cpu_direct_double),
+            .direct_targets = gbg_cpu_direct_targets,
             .list_create = gbg_list_create,
             .list_destroy = gbg_list_destroy,
             .list_update = gbg_list_update,

@@ -6,7 +6,7 @@
  *   *_set (all lanes) *_load *_store *_add *_sub *_mul *_div *_sqrt *_min *_max
  *   *_fma(a,b,c) = a b + c and *_fnma(a,b,c) = c - a b in one rounding
  *   *_lt *_le *_eq -> mask; *_select(m,a,b) = m ? a : b; *_keep(m,a) = m ? a : 0;
- *   vm_bits, vdm_bits: bit k is lane k
+ *   vm_bits, vdm_bits: bit k is lane k; vdm_from_bits: the other way, from the lowest bits
  *   vi_shl vi_shr (zeros) vi_sar (sign) vl_shr; vi_gather vf_gather (base, element index)
  *   vf_from_vi, vi_from_vf (nearest even), vd_from_vl; *_of_bits keep the bits
  *   vd_low, vd_high: the first and second half of the lanes of a vf

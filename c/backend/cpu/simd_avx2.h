@@ -6,7 +6,8 @@
 #include <stdint.h>
 
 #define GBG_SIMD_NAME "avx2"
-enum { VF_LANES = 8, VD_LANES = 4 };
+#define VF_LANES 8
+#define VD_LANES 4
 
 typedef __m256 vf;
 typedef __m256i vi;
@@ -239,6 +240,12 @@ static inline vd vd_keep(vdm m, vd a)
 static inline uint32_t vdm_bits(vdm a)
 {
     return (uint32_t)_mm256_movemask_pd(a);
+}
+static inline vdm vdm_from_bits(uint32_t bits)
+{
+    const __m256i lane = _mm256_setr_epi64x(1, 2, 4, 8);
+    __m256i set = _mm256_and_si256(_mm256_set1_epi64x(bits), lane);
+    return _mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane));
 }
 static inline vd vd_low(vf a)
 {

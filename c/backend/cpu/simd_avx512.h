@@ -6,7 +6,8 @@
 #include <stdint.h>
 
 #define GBG_SIMD_NAME "avx512"
-enum { VF_LANES = 16, VD_LANES = 8 };
+#define VF_LANES 16
+#define VD_LANES 8
 
 typedef __m512 vf;
 typedef __m512i vi;
@@ -239,6 +240,10 @@ static inline vd vd_keep(vdm m, vd a)
 static inline uint32_t vdm_bits(vdm a)
 {
     return a;
+}
+static inline vdm vdm_from_bits(uint32_t bits)
+{
+    return (vdm)bits;
 }
 static inline vd vd_low(vf a)
 {

@@ -8,7 +8,8 @@
 #include <string.h>
 
 #define GBG_SIMD_NAME "generic"
-enum { VF_LANES = 4, VD_LANES = 2 };
+#define VF_LANES 4
+#define VD_LANES 2
 
 typedef float vf __attribute__((vector_size(16)));
 typedef int32_t vi __attribute__((vector_size(16)));
@@ -263,6 +264,10 @@ static inline vd vd_max(vd a, vd b)
 static inline uint32_t vdm_bits(vdm a)
 {
     return (a[0] ? 1u : 0u) | (a[1] ? 2u : 0u);
+}
+static inline vdm vdm_from_bits(uint32_t bits)
+{
+    return (vl){-(int64_t)(bits & 1), -(int64_t)(bits >> 1 & 1)};
 }
 static inline vd vd_low(vf a)
 {

@@ -18,4 +18,9 @@ int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_st
                                         const struct gbg_list *list, double power, double cutoff,
                                         int add);
 
+int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_state *state,
+                                       double power, int add);
+int GBG_ISA_NAME(gbg_cpu_direct_double)(struct gbg_device *device, struct gbg_state *state,
+                                        double power, int add);
+
 #endif

@@ -26,12 +26,58 @@ static int normals(struct gbg_device *device, const struct gbg_noise *noise, uin
     return device->variant->kernels.normals(device, noise, step, first, n, dimension, values);
 }
 
+static void poison_forces(struct gbg_state *state)
+{
+    for (int a = 0; a < state->box.dimension; a++) {
+        memset(state->force[a], POISON, (size_t)state->owned * sizeof *state->force[a]);
+    }
+}
+
+static int direct_mixed(struct gbg_device *device, struct gbg_state *state, double power, int add)
+{
+    if (!add) {
+        poison_forces(state);
+    }
+    return device->variant->kernels.direct_mixed(device, state, power, add);
+}
+
+static int direct_double(struct gbg_device *device, struct gbg_state *state, double power, int add)
+{
+    if (!add) {
+        poison_forces(state);
+    }
+    return device->variant->kernels.direct_double(device, state, power, add);
+}
+
+static int cutoff_mixed(struct gbg_device *device, struct gbg_state *state,
+                        const struct gbg_list *list, double power, double cutoff, int add)
+{
+    if (!add) {
+        poison_forces(state);
+    }
+    return device->variant->kernels.cutoff_mixed(device, state, list, power, cutoff, add);
+}
+
+static int cutoff_double(struct gbg_device *device, struct gbg_state *state,
+                         const struct gbg_list *list, double power, double cutoff, int add)
+{
+    if (!add) {
+        poison_forces(state);
+    }
+    return device->variant->kernels.cutoff_double(device, state, list, power, cutoff, add);
+}
+
 static int create(struct gbg_context *context, struct gbg_device **device)
 {
     int status = gbg_cpu_create(context, device);
     if (status == GBG_OK) {
         (*device)->poison = 1;
-        (*device)->kernels.normals = normals;
+        struct gbg_kernels *kernels = &(*device)->kernels;
+        kernels->normals = normals;
+        kernels->direct_mixed = direct_mixed;
+        kernels->direct_double = direct_double;
+        kernels->cutoff_mixed = cutoff_mixed;
+        kernels->cutoff_double = cutoff_double;
     }
     return status;
 }

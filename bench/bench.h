@@ -1,0 +1,69 @@
+/* Benchmarks: the options of a run, and what its cases use to time and to report. */
+#ifndef GBG_BENCH_BENCH_H
+#define GBG_BENCH_BENCH_H
+
+#include <stdint.h>
+
+struct gbg_context;
+
+struct gbg_bench_options {
+    const char *name;    /* of the case; NULL: list them */
+    const char *backend; /* as for gbg_context_create, without threads; NULL: auto */
+    const char *json;    /* file that receives the figures; NULL: none */
+    int64_t n;           /* particles; 0: the sizes of the case */
+    int threads;         /* 0: as many as there are */
+    int quick;           /* 1: small sizes, a few seconds in all */
+};
+
+/* Runs a case, prints its table, writes the file. Exit status: 0 done, 1 it failed (an error that
+ * is too large counts), 2 bad use. */
+int gbg_bench_main(const struct gbg_bench_options *options);
+
+/* What a case sees. */
+struct gbg_bench {
+    const struct gbg_bench_options *options;
+    const char *case_name;
+    struct gbg_context *context;
+    struct gbg_bench_result *result;
+    int n_results, capacity;
+};
+
+/* One line of the table. Units are short words: "pairs", "deviates", "particle-steps". */
+struct gbg_bench_result {
+    const char *what;      /* variant within the case, e.g. "2D power 2"; static storage */
+    const char *precision; /* "mixed", "double"; static storage */
+    const char *unit;
+    int64_t n;
+    double work;                    /* units done in one evaluation */
+    double seconds;                 /* of one evaluation, median; filled in by gbg_bench_time */
+    double error_rms, error_median; /* RMS error over RMS and over median size; NAN: not measured */
+    double allowed;                 /* largest error_rms that the case accepts; 0: no limit */
+};
+
+struct gbg_bench_case {
+    const char *name, *about;
+    /* 0, or a status when a call failed (the harness prints the context's message). */
+    int (*run)(struct gbg_bench *bench);
+};
+
+/* Median time of at least 5 evaluations (more while they are short) after one to warm up. */
+int gbg_bench_time(int (*evaluate)(void *user), void *user, double *seconds);
+
+/* Adds a line to the table and prints it. */
+int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result);
+
+/* Sizes of a case: those of the option n alone, or the list (ended by 0), of which `quick` keeps
+ * those up to quick_most. Returns the number of sizes put into size (at most 16). */
+int gbg_bench_sizes(const struct gbg_bench *bench, const int64_t *list, int64_t quick_most,
+                    int64_t size[16]);
+
+/* Coordinates for cases: n points (blocked: position[axis]) in a box of the given lengths, made
+ * from the library's random numbers. lattice 0: uniform; 1: a square (cubic) lattice, each point
+ * moved by up to 0.3 of the spacing on each axis (n is then the nearest power at or below). */
+int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int64_t n,
+                         double *const *position);
+
+/* The cases (bench/cases). */
+extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise;
+
+#endif

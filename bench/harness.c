@@ -1,0 +1,253 @@
+/* Benchmarks: runs a case, times it, prints the table and writes the figures. */
+#include "bench/bench.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "bench/machine.h"
+#include "core/file.h"
+#include "core/memory.h"
+#include "core/random.h"
+#include "core/text.h"
+#include "gamboge/context.h"
+
+enum { LEAST_TIMES = 5, MOST_TIMES = 101 };
+
+static const double ENOUGH_SECONDS = 0.5; /* of timing, once there are LEAST_TIMES */
+
+static const struct gbg_bench_case *const cases[] = {&gbg_bench_direct, &gbg_bench_noise};
+
+enum { CASES = sizeof cases / sizeof *cases };
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+int gbg_bench_time(int (*evaluate)(void *user), void *user, double *seconds)
+{
+    double times[MOST_TIMES], total = 0.0;
+    int n = 0, status = evaluate(user);
+    while (status == 0 && n < MOST_TIMES && (n < LEAST_TIMES || total < ENOUGH_SECONDS)) {
+        double start = now();
+        status = evaluate(user);
+        times[n] = now() - start;
+        total += times[n++];
+    }
+    qsort(times, (size_t)n, sizeof *times, ascending);
+    *seconds = n > 0 ? times[n / 2] : 0.0;
+    return status;
+}
+
+int gbg_bench_sizes(const struct gbg_bench *bench, const int64_t *list, int64_t quick_most,
+                    int64_t size[16])
+{
+    if (bench->options->n > 0) {
+        size[0] = bench->options->n;
+        return 1;
+    }
+    int n = 0;
+    for (int k = 0; list[k] && n < 16; k++) {
+        if (!bench->options->quick || list[k] <= quick_most) {
+            size[n++] = list[k];
+        }
+    }
+    return n;
+}
+
+int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int64_t n,
+                         double *const *position)
+{
+    int64_t side = (int64_t)floor(pow((double)n, 1.0 / dimension) + 1e-9);
+    if (lattice) {
+        n = dimension == 2 ? side * side : side * side * side;
+    }
+    for (int64_t i = 0; i < n; i++) {
+        struct gbg_philox w =
+            gbg_philox(gbg_philox_counter(0, (uint64_t)i, GBG_STREAM_START), 1, 2);
+        int64_t cell = i;
+        for (int a = 0; a < dimension; a++) {
+            double u = gbg_uniform(w.word[a], w.word[3]);
+            double fraction = lattice ? ((double)(cell % side) + 0.6 * u) / (double)side : u;
+            position[a][i] = lengths[a] * fraction;
+            cell /= side;
+        }
+    }
+    return n;
+}
+
+static void print_head(const struct gbg_bench *bench)
+{
+    const char *name, *instructions;
+    int threads;
+    struct gbg_machine machine;
+    gbg_machine_look(&machine);
+    gbg_context_backend(bench->context, &name, &instructions, &threads);
+    printf("case %s, backend %s (%s), %d thread%s, commit %s\n%s, %d cores, load %.2f\n",
+           bench->case_name, name, instructions, threads, threads == 1 ? "" : "s",
+           gbg_machine_commit(), machine.model, machine.cores, machine.load);
+    printf("%-26s %-9s %10s %12s %14s %12s %12s\n", "what", "precision", "N", "seconds",
+           "per second", "error/RMS", "error/median");
+}
+
+int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
+{
+    if (bench->n_results == bench->capacity) {
+        int capacity = 2 * bench->capacity + 8;
+        struct gbg_bench_result *more = realloc(bench->result, (size_t)capacity * sizeof *more);
+        if (!more) {
+            return GBG_E_MEMORY;
+        }
+        bench->result = more;
+        bench->capacity = capacity;
+    }
+    bench->result[bench->n_results++] = *result;
+    printf("%-26s %-9s %10lld %12.4e %9.3e %s %12.2e %12.2e%s\n", result->what, result->precision,
+           (long long)result->n, result->seconds, result->work / result->seconds, result->unit,
+           result->error_rms, result->error_median,
+           result->allowed > 0.0 && !(result->error_rms <= result->allowed) ? "  TOO LARGE" : "");
+    fflush(stdout);
+    return 0;
+}
+
+static void write_number(FILE *file, const char *key, double value)
+{
+    if (isfinite(value)) {
+        fprintf(file, ", \"%s\": %.6g", key, value);
+    } else {
+        fprintf(file, ", \"%s\": null", key);
+    }
+}
+
+static void write_results(FILE *file, const struct gbg_bench *bench)
+{
+    const char *name, *instructions;
+    int threads;
+    struct gbg_machine machine;
+    gbg_machine_look(&machine);
+    gbg_context_backend(bench->context, &name, &instructions, &threads);
+    fprintf(file, "[");
+    for (int k = 0; k < bench->n_results; k++) {
+        const struct gbg_bench_result *r = &bench->result[k];
+        fprintf(
+            file,
+            "%s\n {\"case\": \"%s\", \"what\": \"%s\", \"n\": %lld, \"backend\": \"%s\", "
+            "\"instructions\": \"%s\", \"threads\": %d, \"precision\": \"%s\", \"unit\": \"%s\"",
+            k ? "," : "", bench->case_name, r->what, (long long)r->n, name, instructions, threads,
+            r->precision, r->unit);
+        write_number(file, "seconds", r->seconds);
+        write_number(file, "per_second", r->work / r->seconds);
+        write_number(file, "error_over_rms", r->error_rms);
+        write_number(file, "error_over_median", r->error_median);
+        write_number(file, "allowed", r->allowed > 0.0 ? r->allowed : NAN);
+        fprintf(file, ", \"commit\": \"%s\", \"machine\": \"%s\", \"cores\": %d, \"load\": %.2f}",
+                gbg_machine_commit(), machine.model, machine.cores, machine.load);
+    }
+    fprintf(file, "\n]\n");
+}
+
+static int write_file(const struct gbg_bench *bench)
+{
+    char temporary[4096];
+    const char *path = bench->options->json;
+    int status = gbg_file_temporary(bench->context, path, temporary, sizeof temporary);
+    if (status != GBG_OK) {
+        return status;
+    }
+    FILE *file = fopen(temporary, "w");
+    if (file) {
+        write_results(file, bench);
+        int failed = ferror(file);
+        failed |= fclose(file);
+        if (!failed) {
+            return gbg_file_commit(bench->context, temporary, path);
+        }
+    }
+    gbg_file_abandon(temporary);
+    fprintf(stderr, "gamboge bench: %s could not be written\n", path);
+    return GBG_E_FILE;
+}
+
+static int list_cases(void)
+{
+    for (int k = 0; k < CASES; k++) {
+        printf("%-16s %s\n", cases[k]->name, cases[k]->about);
+    }
+    return 0;
+}
+
+static const struct gbg_bench_case *find_case(const char *name)
+{
+    const char *names[CASES + 1] = {NULL};
+    for (int k = 0; k < CASES; k++) {
+        names[k] = cases[k]->name;
+    }
+    int found = gbg_text_find(name, names);
+    if (found >= 0) {
+        return cases[found];
+    }
+    fprintf(stderr, "gamboge bench: there is no case \"%s\"; the nearest is \"%s\"\n", name,
+            gbg_text_nearest(name, names));
+    return NULL;
+}
+
+static int open_context(const struct gbg_bench_options *options, struct gbg_context **context)
+{
+    char text[128];
+    const char *backend = options->backend ? options->backend : "auto";
+    int length = snprintf(text, sizeof text, "%s", backend);
+    if (options->threads > 0 && length < (int)sizeof text) {
+        length = snprintf(text, sizeof text, "%s%sthreads=%d", backend,
+                          strchr(backend, ':') ? "," : ":", options->threads);
+    }
+    if (length >= (int)sizeof text || gbg_context_create(text, context) != GBG_OK) {
+        fprintf(stderr, "gamboge bench: %s\n", gbg_message(NULL));
+        return 0;
+    }
+    return 1;
+}
+
+static int too_large(const struct gbg_bench *bench)
+{
+    int n = 0;
+    for (int k = 0; k < bench->n_results; k++) {
+        const struct gbg_bench_result *r = &bench->result[k];
+        n += r->allowed > 0.0 && !(r->error_rms <= r->allowed);
+    }
+    return n;
+}
+
+int gbg_bench_main(const struct gbg_bench_options *options)
+{
+    if (!options->name) {
+        return list_cases();
+    }
+    const struct gbg_bench_case *chosen = find_case(options->name);
+    struct gbg_bench bench = {.options = options, .case_name = options->name};
+    if (!chosen || !open_context(options, &bench.context)) {
+        return 2;
+    }
+    print_head(&bench);
+    int status = chosen->run(&bench);
+    if (status == GBG_OK && options->json) {
+        status = write_file(&bench);
+    }
+    if (status != GBG_OK) {
+        fprintf(stderr, "gamboge bench: %s\n", gbg_message(bench.context));
+    }
+    int failed = status != GBG_OK || too_large(&bench) > 0;
+    free(bench.result);
+    gbg_context_destroy(&bench.context);
+    return failed;
+}

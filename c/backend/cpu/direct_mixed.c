@@ -1,0 +1,313 @@
+/* L1, CPU, per instruction set: minimum-image sums over all pairs, 32-bit pairs in 64-bit sums.
+ *
+ * Each pair is computed once and acts on both particles. Blocks of particles meet in phases
+ * (direct.h). Within two blocks, vectors of particles i stay in registers while k runs over a tile
+ * of the other block; the force on k collects in rows of lanes in the nearest cache. Sums over a
+ * tile (i) and over a block (k) are in single precision, those over tiles and blocks in double.
+ *
+ * A difference is that of the high words, wrapped as an integer: the nearest image. 1/r^n comes
+ * from the usual integer seed y (y^2 r^2 = 1 - e, |e| < 0.07) and a minimax polynomial of our own:
+ * r^-3 = y^3 P(e) with relative error 2.8e-7 at most, r^-7 = y^7 Q(e) with 2.1e-7; other powers
+ * are exponentials of logarithms, 5e-7. Pairs below GBG_DIRECT_NEAR are left out of these and
+ * summed in double from all 64 bits. */
+#include <math.h>
+
+#include "backend/cpu/cpu.h"
+#include "backend/cpu/direct.h"
+#include "backend/cpu/direct_pairs.h"
+#include "backend/cpu/simd.h"
+#include "backend/cpu/variant.h"
+
+enum { LAW_GENERAL = 0, LAW_2 = 2, LAW_6 = 6 };
+
+#define LANES GBG_DIRECT_LANES
+#define TILE GBG_DIRECT_TILE
+#define VECTORS 2 /* of particles i at a time */
+#define GROUP (VECTORS * VF_LANES)
+#define CHUNK (GROUP > LANES ? GROUP : LANES)
+#define ALWAYS static inline __attribute__((always_inline))
+
+struct constants {
+    float near; /* squared, in units */
+    float scale[3];
+    float q_high, q_low; /* general law: (power+1)/2 = q_high + q_low, q_high with 12 bits */
+};
+
+ALWAYS vf horner(vf x, const float *coefficient, int degree)
+{
+    vf p = vf_set(coefficient[degree]);
+    for (int k = degree - 1; k >= 0; k--) {
+        p = vf_fma(p, x, vf_set(coefficient[k]));
+    }
+    return p;
+}
+
+ALWAYS vf weight_2(vf squared)
+{
+    static const float c[] = {0x1p0f, 0x1.7ffecap0f, 0x1.e001d6p0f, 0x1.1a06bap1f, 0x1.3b8d16p1f};
+    vf y = vf_of_bits(vi_sub(vi_set(0x5f3759df), vi_shr(vi_of_bits(squared), 1)));
+    vf t = vf_mul(y, y), e = vf_fnma(t, squared, vf_set(1.0f));
+    return vf_mul(vf_mul(t, y), horner(e, c, 4));
+}
+
+ALWAYS vf weight_6(vf squared)
+{
+    static const float c[] = {0x1.000002p0f, 0x1.bfffecp1f, 0x1.f7f610p2f,
+                              0x1.ce0dbep3f, 0x1.7cf666p4f, 0x1.198696p5f};
+    vf y = vf_of_bits(vi_sub(vi_set(0x5f3759df), vi_shr(vi_of_bits(squared), 1)));
+    vf t = vf_mul(y, y), e = vf_fnma(t, squared, vf_set(1.0f));
+    vf t3 = vf_mul(vf_mul(t, t), t);
+    return vf_mul(vf_mul(t3, y), horner(e, c, 5));
+}
+
+/* 2^-(q log2 r^2) with the exact part q_high times the exponent kept apart. */
+ALWAYS vf weight_general(vf squared, const struct constants *c)
+{
+    static const float log_c[] = {0x1.715474p0f,   -0x1.71546ap-1f, 0x1.ec76f4p-2f,
+                                  -0x1.7160e6p-2f, 0x1.268f88p-2f,  -0x1.e87d00p-3f,
+                                  0x1.bd30b0p-3f,  -0x1.aeb2a4p-3f, 0x1.00d8d2p-3f};
+    static const float exp_c[] = {0x1p0f,         0x1.62e430p-1f,  0x1.ebfbdap-3f, 0x1.c6aed4p-5f,
+                                  0x1.3b2dbcp-7f, 0x1.5f456ap-10f, 0x1.41d350p-13f};
+    vi bits = vi_of_bits(squared);
+    vi exponent = vi_sar(vi_sub(bits, vi_set(0x3f3504f3)), 23);
+    vf s = vf_sub(vf_of_bits(vi_sub(bits, vi_shl(exponent, 23))), vf_set(1.0f));
+    vf log = vf_mul(s, horner(s, log_c, 8)), whole = vf_from_vi(exponent);
+    vf exact = vf_mul(whole, vf_set(-c->q_high));
+    vi n = vi_from_vf(exact);
+    vf f = vf_fnma(vf_set(c->q_low), whole, vf_sub(exact, vf_from_vi(n)));
+    f = vf_fnma(vf_set(c->q_high + c->q_low), log, f);
+    vi m = vi_from_vf(f);
+    vf p = horner(vf_sub(f, vf_from_vi(m)), exp_c, 6);
+    return vf_of_bits(vi_add(vi_of_bits(p), vi_shl(vi_add(n, m), 23)));
+}
+
+ALWAYS vf weight(vf squared, const struct constants *c, int law)
+{
+    return law == LAW_2   ? weight_2(squared)
+           : law == LAW_6 ? weight_6(squared)
+                          : weight_general(squared, c);
+}
+
+/* Vectors from k and their squared lengths, in units. */
+ALWAYS vf differences(const struct gbg_direct *d, const struct constants *c, const vi own[3],
+                      int64_t k, int dimension, int scaled, vf r[3])
+{
+    vf squared = vf_set(0.0f);
+    for (int a = 0; a < dimension; a++) {
+        r[a] = vf_from_vi(vi_sub(own[a], vi_set(d->high[a][k])));
+        r[a] = scaled ? vf_mul(r[a], vf_set(c->scale[a])) : r[a];
+        squared = a == 0 ? vf_mul(r[a], r[a]) : vf_fma(r[a], r[a], squared);
+    }
+    return squared;
+}
+
+ALWAYS void add_to_field(double *field, vf sum)
+{
+    vd_store(field, vd_add(vd_load(field), vd_low(sum)));
+    vd_store(field + VD_LANES, vd_add(vd_load(field + VD_LANES), vd_high(sum)));
+}
+
+/* One group of particles i.. against the tile of particles k..: adds to the fields of the group and
+ * to the rows (minus the force on k, per lane). Returns 1 when there were near pairs. */
+ALWAYS int sweep(const struct gbg_direct *d, const struct constants *c, int64_t i, int64_t k,
+                 float *rows, int dimension, int law, int scaled)
+{
+    vi own[VECTORS][3];
+    vf alpha[VECTORS], sum[VECTORS][3];
+    for (int v = 0; v < VECTORS; v++) {
+        alpha[v] = vf_load(d->single_alpha + i + v * VF_LANES);
+        for (int a = 0; a < dimension; a++) {
+            own[v][a] = vi_load(d->high[a] + i + v * VF_LANES);
+            sum[v][a] = vf_set(0.0f);
+        }
+    }
+    const vf near = vf_set(c->near);
+    vm all_far = vf_le(near, near);
+    for (int64_t row = 0; row < TILE; row++) {
+        const vf strength = vf_set(d->single_alpha[k + row]);
+        for (int v = 0; v < VECTORS; v++) {
+            vf r[3], squared = differences(d, c, own[v], k + row, dimension, scaled, r);
+            vm far = vf_le(near, squared);
+            all_far = vm_and(all_far, far);
+            vf w = vf_keep(far, weight(squared, c, law));
+            vf on_i = vf_mul(w, strength), on_k = vf_mul(w, alpha[v]);
+            for (int a = 0; a < dimension; a++) {
+                float *lane = rows + (row * dimension + a) * LANES + v * VF_LANES % LANES;
+                sum[v][a] = vf_fma(on_i, r[a], sum[v][a]);
+                vf_store(lane, vf_fma(on_k, r[a], vf_load(lane)));
+            }
+        }
+    }
+    for (int v = 0; v < VECTORS; v++) {
+        for (int a = 0; a < dimension; a++) {
+            add_to_field(d->field[a] + i + v * VF_LANES, sum[v][a]);
+        }
+    }
+    return vm_any(vm_not(all_far));
+}
+
+/* Near pairs of LANES particles i.. with one k, in double; both == 0: the force on i only. */
+static void near_pairs(const struct gbg_direct *d, int64_t i, int64_t k, uint32_t bits, int both)
+{
+    double lane[3][LANES];
+    for (int64_t j = 0; j < LANES; j += VD_LANES) {
+        vl own[3];
+        vd r[3];
+        for (int a = 0; a < d->dimension; a++) {
+            own[a] = vl_load(d->position[a] + i + j);
+        }
+        vd w = vd_keep(vdm_from_bits(bits >> j), gbg_direct_weight(d, own, k, d->dimension, r));
+        vd on_i = vd_mul(w, vd_set(d->alpha[k])), on_k = vd_mul(w, vd_load(d->alpha + i + j));
+        for (int a = 0; a < d->dimension; a++) {
+            double *field = d->field[a] + i + j;
+            vd_store(field, vd_fma(on_i, r[a], vd_load(field)));
+            vd_store(lane[a] + j, vd_mul(on_k, r[a]));
+        }
+    }
+    for (int a = 0; both && a < d->dimension; a++) {
+        d->field[a][k] -= gbg_direct_sum_lanes(lane[a]);
+    }
+}
+
+/* The near pairs of LANES particles with a tile. */
+ALWAYS void sweep_near(const struct gbg_direct *d, const struct constants *c, int64_t i, int64_t k,
+                       int both, int dimension, int scaled)
+{
+    for (int64_t row = 0; row < TILE; row++) {
+        uint32_t bits = 0;
+        for (int l = 0; l < LANES; l += VF_LANES) {
+            vi own[3];
+            vf r[3];
+            for (int a = 0; a < dimension; a++) {
+                own[a] = vi_load(d->high[a] + i + l);
+            }
+            vf squared = differences(d, c, own, k + row, dimension, scaled, r);
+            bits |= vm_bits(vf_lt(squared, vf_set(c->near))) << l;
+        }
+        if (bits) {
+            near_pairs(d, i, k + row, bits, both);
+        }
+    }
+}
+
+/* Minus the sums of the rows go to the fields of the tile. */
+static void fold_rows(const struct gbg_direct *d, int64_t k, const float *rows)
+{
+    for (int64_t row = 0; row < TILE; row++) {
+        for (int a = 0; a < d->dimension; a++) {
+            double lane[LANES];
+            for (int l = 0; l < LANES; l++) {
+                lane[l] = rows[(row * d->dimension + a) * LANES + l];
+            }
+            d->field[a][k + row] -= gbg_direct_sum_lanes(lane);
+        }
+    }
+}
+
+/* All pairs of two blocks, or of one with itself: then every ordered pair, force on i only. */
+ALWAYS void meet(const struct gbg_direct *d, const struct constants *c, int64_t first,
+                 int64_t second, int dimension, int law, int scaled)
+{
+    _Alignas(64) float rows[TILE * 3 * LANES];
+    int both = first != second;
+    int64_t begin = first * d->block, end = begin + d->block;
+    for (int64_t k = second * d->block; k < (second + 1) * d->block; k += TILE) {
+        for (int n = 0; n < TILE * dimension * LANES; n++) {
+            rows[n] = 0.0f;
+        }
+        for (int64_t chunk = begin; chunk < end; chunk += CHUNK) {
+            int near = 0;
+            for (int64_t i = chunk; i < chunk + CHUNK; i += GROUP) {
+                near |= sweep(d, c, i, k, rows + (i - chunk), dimension, law, scaled);
+            }
+            for (int64_t i = chunk; near && i < chunk + CHUNK; i += LANES) {
+                sweep_near(d, c, i, k, both, dimension, scaled);
+            }
+        }
+        if (both) {
+            fold_rows(d, k, rows);
+        }
+    }
+}
+
+#define DEFINE_MEET(name, dimension, law, scaled)                                                  \
+    static void name(const struct gbg_direct *d, const struct constants *c, int64_t first,         \
+                     int64_t second)                                                               \
+    {                                                                                              \
+        meet(d, c, first, second, dimension, law, scaled);                                         \
+    }
+
+DEFINE_MEET(meet_2d_2_square, 2, LAW_2, 0)
+DEFINE_MEET(meet_3d_2_square, 3, LAW_2, 0)
+DEFINE_MEET(meet_2d_2, 2, LAW_2, 1)
+DEFINE_MEET(meet_3d_2, 3, LAW_2, 1)
+DEFINE_MEET(meet_2d_6, 2, LAW_6, 1)
+DEFINE_MEET(meet_3d_6, 3, LAW_6, 1)
+DEFINE_MEET(meet_2d, 2, LAW_GENERAL, 1)
+DEFINE_MEET(meet_3d, 3, LAW_GENERAL, 1)
+
+typedef void (*meet_function)(const struct gbg_direct *, const struct constants *, int64_t,
+                              int64_t);
+
+static meet_function choose(int dimension, double power, int scaled)
+{
+    static const meet_function all[4][2] = {{meet_2d_2_square, meet_3d_2_square},
+                                            {meet_2d_2, meet_3d_2},
+                                            {meet_2d_6, meet_3d_6},
+                                            {meet_2d, meet_3d}};
+    int law = power == 2.0 ? scaled : power == 6.0 ? 2 : 3;
+    return all[law][dimension - 2];
+}
+
+static int equal_lengths(const struct gbg_box *box)
+{
+    int equal = 1;
+    for (int a = 1; a < box->dimension; a++) {
+        equal &= box->length[a] == box->length[0];
+    }
+    return equal;
+}
+
+static struct constants make_constants(const struct gbg_direct *d, int scaled)
+{
+    double near = GBG_DIRECT_NEAR * (scaled ? 0x1p-26 : 1.0), q = 0.5 * (d->power.power + 1.0);
+    struct constants c = {.near = (float)(near * near)};
+    for (int a = 0; a < d->dimension; a++) {
+        c.scale[a] = (float)d->scale[a];
+    }
+    c.q_high = (float)(rint(q * 0x1p8) * 0x1p-8);
+    c.q_low = (float)(q - (double)c.q_high);
+    return c;
+}
+
+/* Beyond power 6 the relative errors of 32-bit pairs exceed 1e-6; few particles are not worth it. */
+enum { FEWEST = 256 };
+static const double LARGEST_POWER = 6.0;
+
+int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_state *state,
+                                       double power, int add)
+{
+    if (power > LARGEST_POWER || state->owned + state->ghost <= FEWEST) {
+        return GBG_ISA_NAME(gbg_cpu_direct_double)(device, state, power, add);
+    }
+    struct gbg_direct d;
+    int scaled = power != 2.0 || !equal_lengths(&state->box);
+    int status = gbg_direct_pack(device, state, power, scaled, &d);
+    if (status != GBG_OK) {
+        return status;
+    }
+    const struct constants c = make_constants(&d, scaled);
+    const meet_function meet_blocks = choose(d.dimension, power, scaled);
+#pragma omp parallel num_threads(device->threads)
+    for (int64_t phase = 0; phase < d.blocks; phase++) {
+        int64_t pairs = gbg_direct_phase_pairs(d.blocks, phase);
+#pragma omp for schedule(dynamic)
+        for (int64_t pair = 0; pair < pairs; pair++) {
+            int64_t first, second;
+            gbg_direct_pair(d.blocks, phase, pair, &first, &second);
+            meet_blocks(&d, &c, first, second);
+        }
+    }
+    gbg_direct_unpack(&d, state, device->threads, add);
+    return GBG_OK;
+}
