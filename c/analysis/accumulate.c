@@ -14,9 +14,9 @@ static inline void add_to(double *sum, double *carry, double value)
 /* What the modes of a frame need besides rho. */
 struct frame_view {
     const struct gbg_analysis *analysis;
-    double root_n;          /* sqrt(N) */
+    double root_n;                   /* sqrt(N) */
     double weight[GBG_MOST_SPECIES]; /* 1/sqrt(N_a); NaN for an empty species */
-    double storage_step;    /* rms displacement on one axis, 1/k = no effect */
+    double storage_step;             /* rms displacement on one axis, 1/k = no effect */
 };
 
 struct mode_values {
@@ -34,8 +34,7 @@ static struct mode_values mode_of(const struct frame_view *view, int64_t m)
         mode.real += density->rho[2 * (c * count + m)];
         mode.imaginary += density->rho[2 * (c * count + m) + 1];
     }
-    mode.S = (mode.real * mode.real + mode.imaginary * mode.imaginary) /
-             (double)view->analysis->n;
+    mode.S = (mode.real * mode.real + mode.imaginary * mode.imaginary) / (double)view->analysis->n;
     mode.e = density->alias[m] + density->gain[m] * density->rounding;
     return mode;
 }
@@ -177,8 +176,7 @@ static void add_shell(struct gbg_analysis *analysis, int64_t s)
 
 int gbg_analysis_accumulate(struct gbg_analysis *analysis, const struct gbg_analysis_frame *frame)
 {
-    int status =
-        gbg_blocking_reserve(analysis->context, &analysis->blocking, analysis->frames + 1);
+    int status = gbg_blocking_reserve(analysis->context, &analysis->blocking, analysis->frames + 1);
     if (status != GBG_OK) {
         return status;
     }

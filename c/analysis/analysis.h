@@ -22,12 +22,18 @@ enum gbg_analysis_column {
     GBG_COLUMN_PAIRS
 };
 
-enum gbg_analysis_text { GBG_TEXT_TITLE, GBG_TEXT_FILES, GBG_TEXT_SHA256, GBG_TEXT_HISTORY, GBG_TEXTS };
+enum gbg_analysis_text {
+    GBG_TEXT_TITLE,
+    GBG_TEXT_FILES,
+    GBG_TEXT_SHA256,
+    GBG_TEXT_HISTORY,
+    GBG_TEXTS
+};
 
 struct gbg_analysis_settings {
-    double k_max;       /* 0: default */
-    double tolerance;   /* of |d rho|/sqrt(N), a bound */
-    double shell_width; /* 0: default */
+    double k_max;        /* 0: default */
+    double tolerance;    /* of |d rho|/sqrt(N), a bound */
+    double shell_width;  /* 0: default */
     double memory_limit; /* bytes */
     int method;          /* enum gbg_density_method */
     int partials;
@@ -48,10 +54,10 @@ struct gbg_analysis {
     struct gbg_modes modes;
     struct gbg_shells shells;
     struct gbg_density *density;
-    int pairs, columns; /* pairs 0 without partials */
-    double *frame;      /* [column][shell] of the last frame; modes 0: the shell was empty */
+    int pairs, columns;  /* pairs 0 without partials */
+    double *frame;       /* [column][shell] of the last frame; modes 0: the shell was empty */
     double *sum, *carry; /* compensated sums over frames */
-    int64_t *frames_of; /* frames in which a shell held modes */
+    int64_t *frames_of;  /* frames in which a shell held modes */
     struct gbg_blocking blocking; /* series: S of the shells, then those of the pairs */
 };
 

@@ -127,7 +127,8 @@ int gbg_density_make(struct gbg_context *context, const struct gbg_modes *modes,
 #ifdef GBG_WITH_FFTW
         status = gbg_density_mesh_make(made, plan);
 #else
-        status = gbg_fail(context, GBG_E_UNBUILT, "structure factor: method mesh needs FFTW, which "
+        status = gbg_fail(context, GBG_E_UNBUILT,
+                          "structure factor: method mesh needs FFTW, which "
                           "this build was configured without (GBG_WITH_FFTW=OFF)");
 #endif
     } else if (status == GBG_OK) {

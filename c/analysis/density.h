@@ -1,4 +1,5 @@
-/* Analysis room: density modes rho_n = sum_j exp(-i k_n.r_j) of a frame, with their error bounds. */
+/* Analysis room: density modes rho_n = sum_j exp(-i k_n.r_j) of a frame, with their error bounds.
+ */
 #ifndef GBG_ANALYSIS_DENSITY_H
 #define GBG_ANALYSIS_DENSITY_H
 

@@ -11,8 +11,8 @@
  * the rounding of long sums small. */
 enum { BATCH = 128 };
 
-/* sum[outer][row][column] = sum_p outer-phase row-phase column-phase, where the phases of axis a are
- * cos(k_a x_a) for n = 0..reach, then sin. Columns belong to axis 0, rows to 1, outer to 2. */
+/* sum[outer][row][column] = sum_p outer-phase row-phase column-phase, where the phases of axis a
+ * are cos(k_a x_a) for n = 0..reach, then sin. Columns belong to axis 0, rows to 1, outer to 2. */
 struct gbg_density_direct {
     const struct gbg_tensor_kernels *kernels;
     int dimension, threads;
@@ -163,7 +163,8 @@ static void add_batch(struct gbg_density_direct *direct, int64_t n)
 }
 
 /* Mode n from the sums over cosines and sines: prod_a (cos - i sign(n_a) sin). */
-static void pick(const struct gbg_density_direct *direct, const struct gbg_modes *modes, double *rho)
+static void pick(const struct gbg_density_direct *direct, const struct gbg_modes *modes,
+                 double *rho)
 {
     int corners = 1 << modes->dimension;
     for (int64_t m = 0; m < modes->count; m++) {
@@ -186,7 +187,8 @@ static void pick(const struct gbg_density_direct *direct, const struct gbg_modes
     }
 }
 
-/* Particles of each channel one after another, in their order; first[c] is where channel c starts. */
+/* Particles of each channel one after another, in their order; first[c] is where channel c starts.
+ */
 static void order_by_channel(const struct gbg_density *density, int64_t n, const int32_t *channel,
                              int base, int64_t *first)
 {

@@ -33,8 +33,8 @@ typedef void gbg_spread_function(const struct gbg_window *window, int64_t n,
 
 struct gbg_spread_kernels {
     const char *name;
-    /* Coordinates |x| <= 2^30 length to the first node (in [0, cells)) and the place z. z is good to
-     * 4 2^-53 of a spacing: the coordinate is reduced and scaled without rounding. */
+    /* Coordinates |x| <= 2^30 length to the first node (in [0, cells)) and the place z. z is good
+     * to 4 2^-53 of a spacing: the coordinate is reduced and scaled without rounding. */
     void (*place)(const struct gbg_mesh_axis *axis, int64_t n, const double *x, int32_t *first,
                   double *z);
     /* Adds the windows of n particles to the buffer, in their order; [dimension - 2][width]. Writes
@@ -46,8 +46,8 @@ enum { GBG_TENSOR_ROWS = 4, GBG_TENSOR_COLUMNS = 16 };
 
 struct gbg_tensor_kernels {
     const char *name;
-    /* For n coordinates |x| <= 2^30 length and k = 0..reach: phase[p*pitch + k] = cos(2 pi k x/length)
-     * and phase[p*pitch + reach+1 + k] = sin(...), each good to 4 2^-53. */
+    /* For n coordinates |x| <= 2^30 length and k = 0..reach: phase[p*pitch + k] = cos(2 pi k
+     * x/length) and phase[p*pitch + reach+1 + k] = sin(...), each good to 4 2^-53. */
     void (*phases)(double length, int32_t reach, int64_t n, const double *x, int64_t pitch,
                    double *phase);
     /* sum[r*pitch + c] += sum_p row[p*GBG_TENSOR_ROWS + r] column[p*pitch + c]: 4 rows, columns a

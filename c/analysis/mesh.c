@@ -1,4 +1,5 @@
-/* Analysis room: density modes by spreading on a real mesh, transform and division by the window. */
+/* Analysis room: density modes by spreading on a real mesh, transform and division by the window.
+ */
 #include <math.h>
 #include <string.h>
 

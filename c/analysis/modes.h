@@ -28,12 +28,12 @@ void gbg_modes_free(struct gbg_modes *modes);
 struct gbg_shells {
     int64_t count;
     double width, k_max;
-    int has_core;       /* the shell [0, width/2) is there */
-    double lengths[3];  /* of the box that `assign` saw last */
-    double *k;          /* |k| of each mode in that box */
-    int64_t *start;     /* count+1: the modes of shell i are mode[start[i]] .. */
+    int has_core;      /* the shell [0, width/2) is there */
+    double lengths[3]; /* of the box that `assign` saw last */
+    double *k;         /* |k| of each mode in that box */
+    int64_t *start;    /* count+1: the modes of shell i are mode[start[i]] .. */
     uint32_t *mode;
-    int32_t *shell_of;  /* of each mode, -1 outside all */
+    int32_t *shell_of; /* of each mode, -1 outside all */
 };
 
 /* Lays out the shells for the box of `lengths` and assigns the modes. */

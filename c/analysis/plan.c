@@ -1,5 +1,6 @@
 /* Analysis room: what the first frame decides: modes, shells, method, mesh. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "analysis/analysis.h"
@@ -48,10 +49,11 @@ static int refuse_size(const struct gbg_analysis *analysis, double k_max,
                  third);
         snprintf(hint, sizeof hint, ", or take method direct (slower, less memory)");
     }
-    return gbg_fail(analysis->context, GBG_E_MEMORY,
-                    "gbg_analysis_add_frame: k_max %g needs %s, %.3g bytes in all, and memory_limit "
-                    "is %.3g: lower k_max or raise memory_limit%s",
-                    k_max, what, bytes_of(plan), analysis->settings.memory_limit, hint);
+    return gbg_fail(
+        analysis->context, GBG_E_MEMORY,
+        "gbg_analysis_add_frame: k_max %g needs %s, %.3g bytes in all, and memory_limit "
+        "is %.3g: lower k_max or raise memory_limit%s",
+        k_max, what, bytes_of(plan), analysis->settings.memory_limit, hint);
 }
 
 /* Settles k_max and the method. A default k_max gives way until the mesh fits. */
@@ -70,8 +72,10 @@ static int settle(struct gbg_analysis *analysis, int64_t n, struct gbg_density_p
     for (;; k_max *= 0.95) {
         struct gbg_modes modes;
         if (gbg_modes_reach(longest, k_max) < 0) {
-            return gbg_fail(analysis->context, GBG_E_ARGUMENT, "gbg_analysis_add_frame: k_max %g in "
-                            "a box of length %g has more than 2^30 modes on an axis", k_max, longest);
+            return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                            "gbg_analysis_add_frame: k_max %g in "
+                            "a box of length %g has more than 2^30 modes on an axis",
+                            k_max, longest);
         }
         *plan = fresh;
         sketch(analysis, k_max, &modes, plan);
@@ -83,12 +87,16 @@ static int settle(struct gbg_analysis *analysis, int64_t n, struct gbg_density_p
         }
     }
     if (gbg_modes_reach(longest, k_max) < 1) {
-        return gbg_fail(analysis->context, GBG_E_ARGUMENT, "gbg_analysis_add_frame: k_max %g lies "
-                        "below the smallest wave number of the box, %g", k_max, two_pi / longest);
+        return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                        "gbg_analysis_add_frame: k_max %g lies "
+                        "below the smallest wave number of the box, %g",
+                        k_max, two_pi / longest);
     }
     if (set->k_max <= 0 && k_max < default_k_max(analysis, n)) {
-        gbg_log(analysis->context, GBG_LOG_INFO, "structure factor: k_max lowered from %g to %g so "
-                "that the mesh fits into memory_limit", default_k_max(analysis, n), k_max);
+        gbg_log(analysis->context, GBG_LOG_INFO,
+                "structure factor: k_max lowered from %g to %g so "
+                "that the mesh fits into memory_limit",
+                default_k_max(analysis, n), k_max);
     }
     analysis->k_max = k_max;
     return GBG_OK;
@@ -105,9 +113,10 @@ static int make_shells(struct gbg_analysis *analysis)
         width = two_pi / longest;
     }
     if (analysis->k_max / width > MOST_SHELLS) {
-        return gbg_fail(analysis->context, GBG_E_ARGUMENT, "gbg_analysis_add_frame: shell_width %g "
-                        "cuts k_max %g into more than %d shells", width, analysis->k_max,
-                        MOST_SHELLS);
+        return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                        "gbg_analysis_add_frame: shell_width %g "
+                        "cuts k_max %g into more than %d shells",
+                        width, analysis->k_max, MOST_SHELLS);
     }
     return gbg_shells_make(analysis->context, &analysis->modes, analysis->lengths, analysis->k_max,
                            width, &analysis->shells);

@@ -29,6 +29,7 @@ static void place(const struct gbg_mesh_axis *axis, int64_t n, const double *res
 }
 
 #define VECTORS(width) (((width) + VD_LANES - 1) / VD_LANES)
+enum { ROOM = GBG_WINDOW_ROW / VD_LANES };
 #define INLINE static inline __attribute__((always_inline))
 
 /* The window's values at the nodes of one axis, VECTORS(width) vectors. */
@@ -71,8 +72,8 @@ INLINE void spread_2d(const int width, const struct gbg_window *window, int64_t 
 {
     const ptrdiff_t pitch = buffer->pitch[1];
     for (int64_t i = 0; i < n; i++) {
-        vd x[VECTORS(width)], y[VECTORS(width)];
-        double factor[VECTORS(width) * VD_LANES];
+        vd x[ROOM], y[ROOM];
+        double factor[GBG_WINDOW_ROW];
         window_row(window, width, points[i].z[0], x);
         window_row(window, width, points[i].z[1], y);
         store_row(y, width, factor);
@@ -88,8 +89,8 @@ INLINE void spread_3d(const int width, const struct gbg_window *window, int64_t 
                       const struct gbg_spread_point *points, const struct gbg_spread_buffer *buffer)
 {
     for (int64_t i = 0; i < n; i++) {
-        vd x[VECTORS(width)], y[VECTORS(width)], z[VECTORS(width)];
-        double factor_y[VECTORS(width) * VD_LANES], factor_z[VECTORS(width) * VD_LANES];
+        vd x[ROOM], y[ROOM], z[ROOM];
+        double factor_y[GBG_WINDOW_ROW], factor_z[GBG_WINDOW_ROW];
         window_row(window, width, points[i].z[0], x);
         window_row(window, width, points[i].z[1], y);
         window_row(window, width, points[i].z[2], z);

@@ -115,8 +115,8 @@ static int allocate_bulk(struct gbg_context *context, struct gbg_tiles *tiles, i
         {(void **)&tiles->chunk, tiles->chunks * keys, sizeof(int64_t), "particles per tile"},
     };
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
-        int status = gbg_allocate(context, list[i].pointer, list[i].count, list[i].size,
-                                  list[i].what);
+        int status =
+            gbg_allocate(context, list[i].pointer, list[i].count, list[i].size, list[i].what);
         if (status != GBG_OK) {
             return status;
         }
@@ -293,8 +293,8 @@ static void places_from_counts(struct gbg_tiles *tiles)
     tiles->first[keys] = place;
 }
 
-void gbg_tiles_sort(struct gbg_tiles *tiles, const struct gbg_points *points,
-                    const double *lengths, const int32_t *channel, int base)
+void gbg_tiles_sort(struct gbg_tiles *tiles, const struct gbg_points *points, const double *lengths,
+                    const int32_t *channel, int base)
 {
     struct sorting sort = {tiles, points, channel, base, {{0}}};
     for (int a = 0; a < tiles->dimension; a++) {
@@ -358,8 +358,8 @@ static void spread_tile(const struct gbg_tiles *tiles, int channel, int64_t tile
     struct gbg_spread_buffer buffer = {tiles->buffers + thread_number() * tiles->buffer_size, {0}};
     memcpy(buffer.pitch, tiles->pitch, sizeof buffer.pitch);
     memset(buffer.value, 0, (size_t)tiles->buffer_size * sizeof *buffer.value);
-    tiles->kernels->spread[tiles->dimension - 2][tiles->window.width](&tiles->window, n,
-                                                                     tiles->points + begin, &buffer);
+    tiles->kernels->spread[tiles->dimension - 2][tiles->window.width](
+        &tiles->window, n, tiles->points + begin, &buffer);
     int64_t place[3] = {0, 0, 0};
     for (int a = 0; a < tiles->dimension; a++) {
         place[a] = tile % tiles->per_axis[a];

@@ -2,8 +2,8 @@
 #ifndef GBG_ANALYSIS_VECTOR_H
 #define GBG_ANALYSIS_VECTOR_H
 
-/* vd_fma(a, b, c) = a b + c, in one rounding where the instruction set can. Loads and stores need no
- * alignment. */
+/* vd_fma(a, b, c) = a b + c, in one rounding where the instruction set can. Loads and stores need
+ * no alignment. */
 #if defined(__AVX512F__)
 #include <immintrin.h>
 enum { VD_LANES = 8 };

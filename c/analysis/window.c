@@ -6,9 +6,9 @@
 
 /* beta/width that makes the largest aliasing sum over |f| <= 1/4 smallest (tests/unit/
  * analysis_window.c searches it again). */
-static const double best_beta[GBG_WINDOW_WIDEST + 1] = {
-    0,     0,     1.986, 2.231, 2.248, 2.278, 2.320, 2.318, 2.333,
-    2.339, 2.339, 2.346, 2.346, 2.347, 2.347, 2.347, 2.347};
+static const double best_beta[GBG_WINDOW_WIDEST + 1] = {0,     0,     1.986, 2.231, 2.248, 2.278,
+                                                        2.320, 2.318, 2.333, 2.339, 2.339, 2.346,
+                                                        2.346, 2.347, 2.347, 2.347, 2.347};
 
 static const long double pi = 3.14159265358979323846264338327950288L;
 

@@ -5,7 +5,8 @@
 enum { GBG_WINDOW_NARROWEST = 2, GBG_WINDOW_WIDEST = 16, GBG_WINDOW_ROW = 16 };
 
 /* Degree of the polynomials that replace a window of this width between two mesh nodes: their error
- * is below 6 % of the aliasing of a mesh twice as fine as the modes need (below 1 % from width 7). */
+ * is below 6 % of the aliasing of a mesh twice as fine as the modes need (below 1 % from width 7).
+ */
 #define GBG_WINDOW_DEGREE(width) ((width) + 1)
 
 /* Kaiser-Bessel window less its value at the edge, so that it is continuous there and its aliasing

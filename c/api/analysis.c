@@ -28,7 +28,9 @@ static int check_create(struct gbg_context *context, int dimension, const double
 {
     if (!context || !lengths || !analysis) {
         return gbg_fail(context, GBG_E_ARGUMENT, "%s: %s is NULL", call_create,
-                        !context ? "context" : !lengths ? "lengths" : "analysis");
+                        !context   ? "context"
+                        : !lengths ? "lengths"
+                                   : "analysis");
     }
     if (dimension != 2 && dimension != 3) {
         return gbg_fail(context, GBG_E_ARGUMENT, "%s: dimension is %d; it must be 2 or 3",
@@ -40,8 +42,10 @@ static int check_create(struct gbg_context *context, int dimension, const double
     }
     int axis = bad_length(lengths, dimension);
     if (axis >= 0) {
-        return gbg_fail(context, GBG_E_ARGUMENT, "%s: lengths[%d] is %g; it must be from 1e-90 to "
-                        "1e90", call_create, axis, lengths[axis]);
+        return gbg_fail(context, GBG_E_ARGUMENT,
+                        "%s: lengths[%d] is %g; it must be from 1e-90 to "
+                        "1e90",
+                        call_create, axis, lengths[axis]);
     }
     return GBG_OK;
 }
@@ -95,8 +99,10 @@ static int check_setting(struct gbg_analysis *analysis, const char *option, cons
                         analysis ? "option" : "analysis");
     }
     if (analysis->frames > 0) {
-        return gbg_fail(analysis->context, GBG_E_ORDER, "%s: \"%s\" must be set before the first "
-                        "frame; there are %lld", call, option, (long long)analysis->frames);
+        return gbg_fail(analysis->context, GBG_E_ORDER,
+                        "%s: \"%s\" must be set before the first "
+                        "frame; there are %lld",
+                        call, option, (long long)analysis->frames);
     }
     return GBG_OK;
 }
@@ -104,8 +110,10 @@ static int check_setting(struct gbg_analysis *analysis, const char *option, cons
 static int unknown(struct gbg_analysis *analysis, const char *call, const char *what,
                    const char *name, const char *const *list)
 {
-    return gbg_fail(analysis->context, GBG_E_NAME, "%s: there is no %s \"%s\"; the nearest is "
-                    "\"%s\"", call, what, name, gbg_text_nearest(name, list));
+    return gbg_fail(analysis->context, GBG_E_NAME,
+                    "%s: there is no %s \"%s\"; the nearest is "
+                    "\"%s\"",
+                    call, what, name, gbg_text_nearest(name, list));
 }
 
 int gbg_analysis_set_real(struct gbg_analysis *analysis, const char *option, double value)
@@ -135,7 +143,8 @@ static int set_method(struct gbg_analysis *analysis, const char *call, int metho
 {
 #ifndef GBG_WITH_FFTW
     if (method == GBG_DENSITY_MESH) {
-        return gbg_fail(analysis->context, GBG_E_UNBUILT, "%s: method mesh needs FFTW; configure "
+        return gbg_fail(analysis->context, GBG_E_UNBUILT,
+                        "%s: method mesh needs FFTW; configure "
                         "with -DGBG_WITH_FFTW=ON (Debian: libfftw3-dev), or take method direct",
                         call);
     }
@@ -190,21 +199,27 @@ static int check_shape(struct gbg_analysis *analysis, const struct gbg_analysis_
         }
     }
     if (points->step == 0 && points->n > 1) {
-        return gbg_fail(context, GBG_E_ARGUMENT, "%s: step is 0; it must be the number of elements "
-                        "from one particle to the next", call_frame);
+        return gbg_fail(context, GBG_E_ARGUMENT,
+                        "%s: step is 0; it must be the number of elements "
+                        "from one particle to the next",
+                        call_frame);
     }
     if (frame->base != 0 && frame->base != 1) {
         return gbg_fail(context, GBG_E_ARGUMENT, "%s: base is %d; it must be 0 or 1", call_frame,
                         frame->base);
     }
     if (!(frame->storage_error >= 0 && isfinite(frame->storage_error))) {
-        return gbg_fail(context, GBG_E_ARGUMENT, "%s: storage_error is %g; it must be 0 or a "
-                        "positive length", call_frame, frame->storage_error);
+        return gbg_fail(context, GBG_E_ARGUMENT,
+                        "%s: storage_error is %g; it must be 0 or a "
+                        "positive length",
+                        call_frame, frame->storage_error);
     }
     int axis = bad_length(frame->lengths, analysis->dimension);
     if (axis >= 0) {
-        return gbg_fail(context, GBG_E_ARGUMENT, "%s: lengths[%d] is %g; it must be from 1e-90 to "
-                        "1e90", call_frame, axis, frame->lengths[axis]);
+        return gbg_fail(context, GBG_E_ARGUMENT,
+                        "%s: lengths[%d] is %g; it must be from 1e-90 to "
+                        "1e90",
+                        call_frame, axis, frame->lengths[axis]);
     }
     return GBG_OK;
 }
@@ -218,15 +233,18 @@ static int count_species(struct gbg_analysis *analysis, const struct gbg_analysi
     for (int64_t i = 0; frame->species && i < frame->points.n; i++) {
         int64_t species = (int64_t)frame->species[i] - frame->base;
         if (species < 0 || species >= analysis->n_species) {
-            return gbg_fail(analysis->context, GBG_E_ARGUMENT, "%s: species of particle %lld is %d; "
-                            "it must be %d to %d", call_frame, (long long)i + frame->base,
-                            frame->species[i], frame->base, analysis->n_species - 1 + frame->base);
+            return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                            "%s: species of particle %lld is %d; "
+                            "it must be %d to %d",
+                            call_frame, (long long)i + frame->base, frame->species[i], frame->base,
+                            analysis->n_species - 1 + frame->base);
         }
         n_of[species]++;
     }
     for (int a = 0; a < analysis->n_species && analysis->frames > 0; a++) {
         if (n_of[a] != analysis->n_of[a]) {
-            return gbg_fail(analysis->context, GBG_E_ARGUMENT, "%s: species %s has %lld particles "
+            return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                            "%s: species %s has %lld particles "
                             "in this frame and %lld in the first; the numbers must not change",
                             call_frame, analysis->species_name[a], (long long)n_of[a],
                             (long long)analysis->n_of[a]);
@@ -239,8 +257,10 @@ static int check_coordinates(struct gbg_analysis *analysis, const struct gbg_ana
 {
     int64_t bad = gbg_points_first_bad(&frame->points, analysis->dimension);
     if (bad >= 0) {
-        return gbg_fail(analysis->context, GBG_E_ARGUMENT, "%s: particle %lld has a coordinate "
-                        "that is not finite", call_frame, (long long)bad + frame->base);
+        return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                        "%s: particle %lld has a coordinate "
+                        "that is not finite",
+                        call_frame, (long long)bad + frame->base);
     }
     return GBG_OK;
 }
@@ -271,9 +291,8 @@ static int add_frame(struct gbg_analysis *analysis, const struct gbg_analysis_fr
 }
 
 int gbg_analysis_add_frame(struct gbg_analysis *analysis, int64_t n, const double *x,
-                           const double *y, const double *z, ptrdiff_t step,
-                           const int32_t *species, int base, const double *lengths,
-                           double storage_error)
+                           const double *y, const double *z, ptrdiff_t step, const int32_t *species,
+                           int base, const double *lengths, double storage_error)
 {
     if (!analysis) {
         return gbg_fail(NULL, GBG_E_ARGUMENT, "%s: analysis is NULL", call_frame);
@@ -299,8 +318,10 @@ int gbg_analysis_set_species_name(struct gbg_analysis *analysis, int species, co
                         call, species, analysis->n_species - 1);
     }
     if (strlen(name) < 1 || strlen(name) >= GBG_SPECIES_NAME) {
-        return gbg_fail(analysis->context, GBG_E_ARGUMENT, "%s: a name has 1 to %d bytes, this one "
-                        "%zu", call, GBG_SPECIES_NAME - 1, strlen(name));
+        return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                        "%s: a name has 1 to %d bytes, this one "
+                        "%zu",
+                        call, GBG_SPECIES_NAME - 1, strlen(name));
     }
     gbg_text_copy(analysis->species_name[species], GBG_SPECIES_NAME, name);
     return GBG_OK;
@@ -316,7 +337,9 @@ int gbg_analysis_set_attribute(struct gbg_analysis *analysis, const char *name, 
                                         [GBG_TEXTS] = NULL};
     if (!analysis || !name || !value) {
         return gbg_fail(analysis ? analysis->context : NULL, GBG_E_ARGUMENT, "%s: %s is NULL", call,
-                        !analysis ? "analysis" : !name ? "name" : "value");
+                        !analysis ? "analysis"
+                        : !name   ? "name"
+                                  : "value");
     }
     int i = gbg_text_find(name, names);
     if (i < 0) {

@@ -30,12 +30,16 @@ static int check_reading(struct gbg_analysis *analysis, const char *call, int64_
         return gbg_fail(NULL, GBG_E_ARGUMENT, "%s: analysis is NULL", call);
     }
     if (analysis->frames == 0) {
-        return gbg_fail(analysis->context, GBG_E_ORDER, "%s: there is no frame yet; "
-                        "gbg_analysis_add_frame comes first", call);
+        return gbg_fail(analysis->context, GBG_E_ORDER,
+                        "%s: there is no frame yet; "
+                        "gbg_analysis_add_frame comes first",
+                        call);
     }
     if (capacity < analysis->shells.count) {
-        return gbg_fail(analysis->context, GBG_E_SPACE, "%s: room for %lld values, and there are "
-                        "%lld shells", call, (long long)capacity, (long long)analysis->shells.count);
+        return gbg_fail(analysis->context, GBG_E_SPACE,
+                        "%s: room for %lld values, and there are "
+                        "%lld shells",
+                        call, (long long)capacity, (long long)analysis->shells.count);
     }
     return GBG_OK;
 }
@@ -80,9 +84,9 @@ int gbg_analysis_get(struct gbg_analysis *analysis, const char *quantity, int64_
                      double *values)
 {
     static const char *const call = "gbg_analysis_get";
-    static const char *const names[] = {"k",        "k_low",        "k_high",
-                                        "n_modes",  "S",            "S_stderr",
-                                        "S_numerr", "S_numerr_typ", "S_storage_err", NULL};
+    static const char *const names[] = {
+        "k",        "k_low",    "k_high",       "n_modes",       "S",
+        "S_stderr", "S_numerr", "S_numerr_typ", "S_storage_err", NULL};
     int status = check_reading(analysis, call, capacity);
     if (status != GBG_OK) {
         return status;
@@ -93,8 +97,10 @@ int gbg_analysis_get(struct gbg_analysis *analysis, const char *quantity, int64_
     }
     int i = gbg_text_find(quantity, names);
     if (i < 0) {
-        return gbg_fail(analysis->context, GBG_E_NAME, "%s: there is no quantity \"%s\"; the "
-                        "nearest is \"%s\"", call, quantity, gbg_text_nearest(quantity, names));
+        return gbg_fail(analysis->context, GBG_E_NAME,
+                        "%s: there is no quantity \"%s\"; the "
+                        "nearest is \"%s\"",
+                        call, quantity, gbg_text_nearest(quantity, names));
     }
     for (int64_t s = 0; s < analysis->shells.count; s++) {
         values[s] = value_of(analysis, (enum quantity)i, s);
@@ -111,13 +117,17 @@ int gbg_analysis_get_partial(struct gbg_analysis *analysis, int a, int b, int64_
         return status;
     }
     if (!analysis->pairs) {
-        return gbg_fail(analysis->context, GBG_E_ORDER, "%s: set \"partials\" to \"yes\" before the "
-                        "first frame", call);
+        return gbg_fail(analysis->context, GBG_E_ORDER,
+                        "%s: set \"partials\" to \"yes\" before the "
+                        "first frame",
+                        call);
     }
     int species = analysis->n_species;
     if (a < 0 || a >= species || b < 0 || b >= species) {
-        return gbg_fail(analysis->context, GBG_E_ARGUMENT, "%s: species %d and %d; they must be 0 "
-                        "to %d", call, a, b, species - 1);
+        return gbg_fail(analysis->context, GBG_E_ARGUMENT,
+                        "%s: species %d and %d; they must be 0 "
+                        "to %d",
+                        call, a, b, species - 1);
     }
     int pair = gbg_analysis_pair(species, a < b ? a : b, a < b ? b : a);
     for (int64_t s = 0; s < analysis->shells.count; s++) {
@@ -255,8 +265,8 @@ static void pack_totals(struct package *package, const struct gbg_analysis *anal
                take_quantity(package, analysis, S_NUMERR));
     add_column(package, "S_numerr_typ", "typical numerical error of S in one frame", NULL, NULL,
                take_quantity(package, analysis, S_NUMERR_TYP));
-    add_column(package, "S_storage_err", "typical error of S from rounded stored coordinates",
-               NULL, NULL, take_quantity(package, analysis, S_STORAGE_ERR));
+    add_column(package, "S_storage_err", "typical error of S from rounded stored coordinates", NULL,
+               NULL, take_quantity(package, analysis, S_STORAGE_ERR));
     add_column(package, "n_effective", "independent frames", NULL, NULL, independent);
     content->n_effective = median_independent(analysis, independent, take(package, shells));
 }
@@ -294,8 +304,8 @@ static void pack_texts(struct package *package, const struct gbg_analysis *analy
     char method[160];
     describe(analysis, sizeof method, method);
     snprintf(package->estimator, sizeof package->estimator,
-             "%s; bound of |d rho|/sqrt(N) over all modes and frames; shells of |k| %s",
-             method, "binned in the box of each frame");
+             "%s; bound of |d rho|/sqrt(N) over all modes and frames; shells of |k| %s", method,
+             "binned in the box of each frame");
     const char *const text[][2] = {
         {"title", analysis->text[GBG_TEXT_TITLE] ? analysis->text[GBG_TEXT_TITLE]
                                                  : "static structure factor"},
@@ -303,7 +313,8 @@ static void pack_texts(struct package *package, const struct gbg_analysis *analy
         {"input_sha256", analysis->text[GBG_TEXT_SHA256]},
         {"history", analysis->text[GBG_TEXT_HISTORY]},
         {"estimator", package->estimator},
-        {"normalisation", "S = <|rho_k|^2>/N -> 1 at large k; S = sum_ab sqrt(c_a c_b) S_partial_ab"},
+        {"normalisation",
+         "S = <|rho_k|^2>/N -> 1 at large k; S = sum_ab sqrt(c_a c_b) S_partial_ab"},
         {"references", "Ashcroft and Langreth, Phys. Rev. 156, 685 (1967); Flyvbjerg and Petersen, "
                        "J. Chem. Phys. 91, 461 (1989)"},
     };

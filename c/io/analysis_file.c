@@ -51,14 +51,14 @@ static void define_dimensions(struct writing *all)
         int64_t size;
         int *id;
     } list[] = {
-        {"k", content->shells, &all->k_dim},           {"bnd", 2, &all->bound_dim},
-        {"dim", content->dimension, &all->space_dim},  {"type", content->species, &all->type_dim},
-        {"strlen", NAME_BYTES, &all->text_dim},        {"pair", content->pairs, &all->pair_dim},
+        {"k", content->shells, &all->k_dim},          {"bnd", 2, &all->bound_dim},
+        {"dim", content->dimension, &all->space_dim}, {"type", content->species, &all->type_dim},
+        {"strlen", NAME_BYTES, &all->text_dim},       {"pair", content->pairs, &all->pair_dim},
     };
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
         if (list[i].size > 0) { /* size 0 would mean unlimited */
-            GBG_CALL(&all->series, nc_def_dim(all->series.file, list[i].name,
-                                              (size_t)list[i].size, list[i].id));
+            GBG_CALL(&all->series,
+                     nc_def_dim(all->series.file, list[i].name, (size_t)list[i].size, list[i].id));
         }
     }
 }
@@ -165,8 +165,7 @@ static void put_values(struct writing *all)
     GBG_CALL(series, nc_put_var_double(series->file, all->modes, content->modes));
     GBG_CALL(series, nc_put_var_double(series->file, all->lengths, content->lengths));
     for (int c = 0; c < content->columns; c++) {
-        GBG_CALL(series,
-                 nc_put_var_double(series->file, all->column[c], content->column[c].value));
+        GBG_CALL(series, nc_put_var_double(series->file, all->column[c], content->column[c].value));
     }
     for (int c = 0; c < content->pair_columns && content->pairs; c++) {
         GBG_CALL(series, nc_put_var_double(series->file, all->pair_column[c],
