@@ -137,7 +137,7 @@ static char made_directory[] = "/tmp/gbg_io_XXXXXX";
 
 static inline const char *made_path(const char *name)
 {
-    static char path[4][256];
+    static char path[4][320];
     static int next;
     next = (next + 1) % 4;
     snprintf(path[next], sizeof path[next], "%s/%s", made_directory, name);

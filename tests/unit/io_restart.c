@@ -32,6 +32,7 @@ static char *content(const char *path, size_t *bytes)
 
 static void put(const char *path, const char *data, size_t bytes)
 {
+    unlink(path); /* a new file, because some file systems sync one that is overwritten */
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
     assert_int_equal(fwrite(data, 1, bytes, file), bytes);
