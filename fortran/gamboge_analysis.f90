@@ -59,8 +59,8 @@ contains
       integer, intent(in), optional :: n_species
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat
-      ! set to a whole sentence by a failure only
-      character(:), allocatable, intent(inout), optional :: errmsg
+      ! set to a whole sentence (as much as it holds) by a failure only
+      character(*), intent(inout), optional :: errmsg
       type(context_state), pointer :: state
       integer(c_int) :: species, status
       state => context_of(context)
@@ -86,7 +86,7 @@ contains
       real(real32), intent(in) :: lengths(:)
       integer, intent(in), optional :: n_species
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call self%create(context, real(lengths, real64), n_species, stat, errmsg)
    end subroutine create32
 
@@ -99,7 +99,7 @@ contains
       self%axes = 0
    end subroutine analysis_destroy
 
-   subroutine analysis_finalise(self)
+   impure elemental subroutine analysis_finalise(self)
       type(gbg_analysis_t), intent(inout) :: self
       call analysis_destroy(self)
    end subroutine analysis_finalise
@@ -110,7 +110,7 @@ contains
       character(*), intent(in) :: option
       real(real64), intent(in) :: value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_analysis_set_real(self%handle, c_text(option), value), stat, &
                   errmsg)
    end subroutine set_real64
@@ -120,7 +120,7 @@ contains
       character(*), intent(in) :: option
       real(real32), intent(in) :: value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call self%set(option, real(value, real64), stat, errmsg)
    end subroutine set_real32
 
@@ -130,7 +130,7 @@ contains
       character(*), intent(in) :: option
       character(*), intent(in) :: value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_analysis_set_text(self%handle, c_text(option), &
                                                       c_text(value)), stat, errmsg)
    end subroutine set_text
@@ -147,7 +147,7 @@ contains
       ! absolute error of a stored coordinate [length], 0 without it
       real(real64), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x)
       call add(self, p, species, lengths, storage_error)
@@ -163,7 +163,7 @@ contains
       real(real64), intent(in), optional :: lengths(:)
       real(real64), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
       call add(self, p, species, lengths, storage_error)
@@ -177,7 +177,7 @@ contains
       real(real32), intent(in), optional :: lengths(:)
       real(real32), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       real(real64), allocatable :: edges(:), error
       if (present(lengths)) allocate (edges, source=real(lengths, real64))
@@ -195,7 +195,7 @@ contains
       real(real32), intent(in), optional :: lengths(:)
       real(real32), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       real(real64), allocatable :: edges(:), error
       if (present(lengths)) allocate (edges, source=real(lengths, real64))
@@ -213,7 +213,7 @@ contains
       real(real64), intent(in), optional :: lengths(:)
       real(real64), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x)
       call add(self, p, int(species, int32), lengths, storage_error)
@@ -228,7 +228,7 @@ contains
       real(real64), intent(in), optional :: lengths(:)
       real(real64), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
       call add(self, p, int(species, int32), lengths, storage_error)
@@ -272,7 +272,7 @@ contains
       integer(int64), intent(inout) :: shells
       integer(int64), intent(inout), optional :: frames
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: n_shells, n_frames
       integer(c_int) :: status
       status = gbg_analysis_size(self%handle, n_shells, n_frames)
@@ -288,7 +288,7 @@ contains
       integer(int32), intent(inout) :: shells
       integer(int32), intent(inout), optional :: frames
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: n_shells, n_frames
       integer(c_int) :: status
       character(:), allocatable :: problem
@@ -307,7 +307,7 @@ contains
       ! receives one element a shell
       real(real64), allocatable, intent(inout) :: values(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), allocatable :: fresh(:)
       integer(c_int) :: status
       call room(self, fresh, status)
@@ -325,7 +325,7 @@ contains
       real(real64), allocatable, intent(inout) :: values(:)
       real(real64), allocatable, intent(inout), optional :: errors(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), allocatable :: fresh(:), fresh_errors(:)
       integer(c_int) :: status
       call room(self, fresh, status)
@@ -355,7 +355,7 @@ contains
       class(gbg_analysis_t), intent(in) :: self
       character(:), allocatable, intent(inout) :: text
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       character(kind=c_char) :: buffer(text_capacity)
       integer(c_int) :: status
       status = gbg_analysis_describe(self%handle, size(buffer, kind=int64), buffer)
@@ -370,7 +370,7 @@ contains
       integer, intent(in) :: species
       character(*), intent(in) :: name
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_analysis_set_species_name(self%handle, species - 1, &
                                                               c_text(name)), stat, errmsg)
    end subroutine analysis_set_species_name
@@ -380,7 +380,7 @@ contains
       class(gbg_analysis_t), intent(inout) :: self
       character(*), intent(in) :: name, value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_analysis_set_attribute(self%handle, c_text(name), &
                                                            c_text(value)), stat, errmsg)
    end subroutine analysis_set_attribute
@@ -390,7 +390,7 @@ contains
       class(gbg_analysis_t), intent(in) :: self
       character(*), intent(in) :: path
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_analysis_write(self%handle, c_text(path)), stat, errmsg)
    end subroutine analysis_write
 

@@ -51,8 +51,8 @@ contains
       character(*), intent(in), optional :: backend
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat
-      ! set to a whole sentence by a failure only
-      character(:), allocatable, intent(inout), optional :: errmsg
+      ! set to a whole sentence (as much as it holds) by a failure only
+      character(*), intent(inout), optional :: errmsg
       type(context_state), pointer :: fresh, none
       integer(c_int) :: status
       none => null()
@@ -81,7 +81,7 @@ contains
       call context_release(self%state)
    end subroutine context_destroy
 
-   subroutine context_finalise(self)
+   impure elemental subroutine context_finalise(self)
       type(gbg_context_t), intent(inout) :: self
       call context_release(self%state)
    end subroutine context_finalise
@@ -102,7 +102,7 @@ contains
       character(:), allocatable, intent(out), optional :: instructions
       integer, intent(out), optional :: threads
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(c_ptr) :: c_name, c_instructions
       integer(c_int) :: c_threads, status
       status = gbg_context_backend(context_handle(self%state), c_name, c_instructions, c_threads)
@@ -120,7 +120,7 @@ contains
       ! a module procedure
       procedure(gbg_log_line), optional :: sink
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(c_funptr) :: forward
       type(c_ptr) :: user
       integer(c_int) :: status

@@ -70,8 +70,8 @@ contains
       type(gbg_scene_t), intent(in) :: scene
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat
-      ! set to a whole sentence by a failure only
-      character(:), allocatable, intent(inout), optional :: errmsg
+      ! set to a whole sentence (as much as it holds) by a failure only
+      character(*), intent(inout), optional :: errmsg
       type(context_state), pointer :: state
       integer(c_int) :: status
       integer(c_int64_t) :: n
@@ -98,7 +98,7 @@ contains
       self%axes = 0
    end subroutine engine_destroy
 
-   subroutine engine_finalise(self)
+   impure elemental subroutine engine_finalise(self)
       type(gbg_engine_t), intent(inout) :: self
       call engine_destroy(self)
    end subroutine engine_finalise
@@ -108,7 +108,7 @@ contains
       class(gbg_engine_t), intent(inout) :: self
       integer(int64), intent(in) :: steps
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_run(self%handle, steps), stat, errmsg)
    end subroutine run_int64
 
@@ -116,7 +116,7 @@ contains
       class(gbg_engine_t), intent(inout) :: self
       integer(int32), intent(in) :: steps
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call self%run(int(steps, int64), stat, errmsg)
    end subroutine run_int32
 
@@ -125,7 +125,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       integer(int64), intent(inout) :: n
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int) :: axes, status
       integer(int64) :: particles
       status = gbg_engine_size(self%handle, particles, axes)
@@ -137,7 +137,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       integer(int32), intent(inout) :: n
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int) :: axes, status
       integer(int64) :: particles
       character(:), allocatable :: problem
@@ -159,7 +159,7 @@ contains
       ! lower corner [length]
       real(real64), intent(inout), optional :: origin(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), target :: edges(3), corner(3)
       integer(c_int) :: status
       logical :: fits
@@ -186,7 +186,7 @@ contains
       ! .true. (the default): inside the box; .false. needs the option output.unwrapped
       logical, intent(in), optional :: wrapped
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_positions', self%axes, x)
       if (p%status == gbg_ok) p%status = gbg_engine_positions(self%handle, wrap_flag(wrapped), &
@@ -202,7 +202,7 @@ contains
       real(real64), intent(inout), optional, target :: z(:)
       logical, intent(in), optional :: wrapped
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_positions', self%axes, x, y, z)
       if (p%status == gbg_ok) p%status = gbg_engine_positions(self%handle, wrap_flag(wrapped), &
@@ -216,7 +216,7 @@ contains
       real(real32), intent(inout) :: x(:, :)
       logical, intent(in), optional :: wrapped
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_positions', self%axes, x)
       if (p%status == gbg_ok) p%status = gbg_engine_positions(self%handle, wrap_flag(wrapped), &
@@ -231,7 +231,7 @@ contains
       real(real32), intent(inout), optional :: z(:)
       logical, intent(in), optional :: wrapped
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_positions', self%axes, x, y, z)
       if (p%status == gbg_ok) p%status = gbg_engine_positions(self%handle, wrap_flag(wrapped), &
@@ -252,7 +252,7 @@ contains
       ! x(2,n) or x(3,n) [length]; in two dimensions a third row is ignored
       real(real64), intent(in), target :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%set_positions', self%axes, x)
       if (p%status == gbg_ok) p%status = gbg_engine_set_positions(self%handle, p%n, p%x, p%y, &
@@ -267,7 +267,7 @@ contains
       ! ignored in two dimensions
       real(real64), intent(in), optional, target :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%set_positions', self%axes, x, y, z)
       if (p%status == gbg_ok) p%status = gbg_engine_set_positions(self%handle, p%n, p%x, p%y, &
@@ -280,7 +280,7 @@ contains
       class(gbg_engine_t), intent(inout) :: self
       real(real32), intent(in) :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%set_positions', self%axes, x)
       if (p%status == gbg_ok) p%status = gbg_engine_set_positions(self%handle, p%n, p%x, p%y, &
@@ -294,7 +294,7 @@ contains
       real(real32), intent(in) :: x(:), y(:)
       real(real32), intent(in), optional :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%set_positions', self%axes, x, y, z)
       if (p%status == gbg_ok) p%status = gbg_engine_set_positions(self%handle, p%n, p%x, p%y, &
@@ -309,7 +309,7 @@ contains
       ! x(2,n) or x(3,n); in two dimensions a third row is left alone
       real(real64), intent(inout), target :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_forces', self%axes, x)
       if (p%status == gbg_ok) p%status = gbg_engine_forces(self%handle, p%n, p%x, p%y, p%z, &
@@ -324,7 +324,7 @@ contains
       ! left alone in two dimensions
       real(real64), intent(inout), optional, target :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_forces', self%axes, x, y, z)
       if (p%status == gbg_ok) p%status = gbg_engine_forces(self%handle, p%n, p%x, p%y, p%z, &
@@ -337,7 +337,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       real(real32), intent(inout) :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_forces', self%axes, x)
       if (p%status == gbg_ok) p%status = gbg_engine_forces(self%handle, p%n, p%x, p%y, p%z, &
@@ -351,7 +351,7 @@ contains
       real(real32), intent(inout) :: x(:), y(:)
       real(real32), intent(inout), optional :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_engine_t%get_forces', self%axes, x, y, z)
       if (p%status == gbg_ok) p%status = gbg_engine_forces(self%handle, p%n, p%x, p%y, p%z, &
@@ -368,7 +368,7 @@ contains
       ! particles to measure it on, 1000 without it
       integer, intent(in), optional :: samples
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: wanted
       wanted = 0
       if (present(samples)) wanted = samples
@@ -381,7 +381,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       integer(int32), intent(inout), contiguous :: species(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_species(self%handle, size(species, kind=int64), &
                                                    species, 1_c_int), stat, errmsg)
    end subroutine species_int32
@@ -390,7 +390,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       integer(int64), intent(inout) :: species(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int32) :: narrow_species(size(species))
       integer(c_int) :: status
       status = gbg_engine_species(self%handle, size(species, kind=int64), narrow_species, 1_c_int)
@@ -403,7 +403,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       integer(int64), intent(inout), contiguous :: ids(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_ids(self%handle, size(ids, kind=int64), ids), stat, &
                   errmsg)
    end subroutine engine_get_ids
@@ -413,7 +413,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       logical, intent(inout) :: flags(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int32_t) :: raw(size(flags))
       integer(c_int) :: status
       status = gbg_engine_overlapped(self%handle, size(flags, kind=int64), raw)
@@ -427,7 +427,7 @@ contains
       character(*), intent(in) :: name
       real(real64), intent(inout) :: value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_real(self%handle, c_text(name), value), stat, errmsg)
    end subroutine get_real64
 
@@ -437,7 +437,7 @@ contains
       character(*), intent(in) :: name
       integer(int64), intent(inout) :: value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_integer(self%handle, c_text(name), value), stat, errmsg)
    end subroutine get_int64
 
@@ -446,7 +446,7 @@ contains
       character(*), intent(in) :: name
       integer(int32), intent(inout) :: value
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: wide
       integer(c_int) :: status
       character(:), allocatable :: problem
@@ -460,7 +460,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       integer, intent(inout) :: lines
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_plan_size(self%handle, lines), stat, errmsg)
    end subroutine engine_plan_size
 
@@ -471,7 +471,7 @@ contains
       integer, intent(in) :: line
       character(:), allocatable, intent(inout) :: text
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       character(kind=c_char) :: buffer(text_capacity)
       integer(c_int) :: status
       status = gbg_engine_plan_line(self%handle, line - 1, size(buffer, kind=int64), buffer)
@@ -484,7 +484,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       character(*), intent(in) :: path
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_save(self%handle, c_text(path)), stat, errmsg)
    end subroutine engine_save
 
@@ -493,7 +493,7 @@ contains
       class(gbg_engine_t), intent(inout) :: self
       character(*), intent(in) :: path
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_load(self%handle, c_text(path)), stat, errmsg)
    end subroutine engine_load
 
@@ -502,7 +502,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       character(:), allocatable, intent(inout) :: text
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       character(kind=c_char) :: buffer(65)
       integer(c_int) :: status
       status = gbg_engine_hash(self%handle, size(buffer, kind=int64), buffer)
@@ -515,7 +515,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       character(*), intent(in) :: path
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_engine_write_forces(self%handle, c_text(path)), stat, errmsg)
    end subroutine engine_write_forces
 

@@ -54,7 +54,7 @@ contains
       ! 'mixed' (the default: 32-bit pairs, 64-bit sums) or 'double'
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p, q
       call take(p, 'gbg_pair_forces', size(lengths), x)
       call take(q, 'gbg_pair_forces', size(lengths), f)
@@ -74,7 +74,7 @@ contains
       real(real64), intent(in), optional :: cutoff
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p, q
       call take(p, 'gbg_pair_forces', size(lengths), x, y)
       call take(q, 'gbg_pair_forces', size(lengths), fx, fy)
@@ -94,7 +94,7 @@ contains
       real(real64), intent(in), optional :: cutoff
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p, q
       call take(p, 'gbg_pair_forces', size(lengths), x, y, z)
       call take(q, 'gbg_pair_forces', size(lengths), fx, fy, fz)
@@ -114,7 +114,7 @@ contains
       real(real32), intent(in), optional :: cutoff
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64) :: reach
       type(points) :: p, q
       call take(p, 'gbg_pair_forces', size(lengths), x)
@@ -138,7 +138,7 @@ contains
       real(real32), intent(in), optional :: cutoff
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64) :: reach
       type(points) :: p, q
       call take(p, 'gbg_pair_forces', size(lengths), x, y)
@@ -162,7 +162,7 @@ contains
       real(real32), intent(in), optional :: cutoff
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64) :: reach
       type(points) :: p, q
       call take(p, 'gbg_pair_forces', size(lengths), x, y, z)
@@ -220,7 +220,7 @@ contains
       ! of the distance, relative; 0 without it
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: found
       type(points) :: p
       call take(p, 'gbg_overlaps_find', size(lengths), x)
@@ -239,7 +239,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: found
       type(points) :: p
       call take(p, 'gbg_overlaps_find', size(lengths), x, y)
@@ -258,7 +258,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: found
       type(points) :: p
       call take(p, 'gbg_overlaps_find', size(lengths), x, y, z)
@@ -277,7 +277,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real32), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64) :: slack
       integer(int64) :: found
       type(points) :: p
@@ -300,7 +300,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real32), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64) :: slack
       integer(int64) :: found
       type(points) :: p
@@ -323,7 +323,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real32), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64) :: slack
       integer(int64) :: found
       type(points) :: p
@@ -346,7 +346,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_find', size(lengths), x)
       call find(context, lengths, p, diameter, count, first, second, tolerance)
@@ -363,7 +363,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_find', size(lengths), x, y)
       call find(context, lengths, p, diameter, count, first, second, tolerance)
@@ -380,7 +380,7 @@ contains
       integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_find', size(lengths), x, y, z)
       call find(context, lengths, p, diameter, count, first, second, tolerance)
@@ -434,7 +434,7 @@ contains
       ! receives how many it took
       integer, intent(inout), optional :: rounds
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_remove', size(lengths), x)
       call remove(context, lengths, p, diameter, rule, max_rounds, rounds)
@@ -452,7 +452,7 @@ contains
       integer, intent(in), optional :: max_rounds
       integer, intent(inout), optional :: rounds
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_remove', size(lengths), x, y)
       call remove(context, lengths, p, diameter, rule, max_rounds, rounds)
@@ -470,7 +470,7 @@ contains
       integer, intent(in), optional :: max_rounds
       integer, intent(inout), optional :: rounds
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_remove', size(lengths), x, y, z)
       call remove(context, lengths, p, diameter, rule, max_rounds, rounds)
@@ -488,7 +488,7 @@ contains
       integer, intent(in), optional :: max_rounds
       integer, intent(inout), optional :: rounds
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_remove', size(lengths), x)
       call remove(context, real(lengths, real64), p, real(diameter, real64), rule, max_rounds, &
@@ -507,7 +507,7 @@ contains
       integer, intent(in), optional :: max_rounds
       integer, intent(inout), optional :: rounds
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_remove', size(lengths), x, y)
       call remove(context, real(lengths, real64), p, real(diameter, real64), rule, max_rounds, &
@@ -526,7 +526,7 @@ contains
       integer, intent(in), optional :: max_rounds
       integer, intent(inout), optional :: rounds
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_overlaps_remove', size(lengths), x, y, z)
       call remove(context, real(lengths, real64), p, real(diameter, real64), rule, max_rounds, &

@@ -27,8 +27,8 @@ contains
       real(real64), intent(inout), contiguous :: values(:, :)
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat
-      ! set to a whole sentence by a failure only
-      character(:), allocatable, intent(inout), optional :: errmsg
+      ! set to a whole sentence (as much as it holds) by a failure only
+      character(*), intent(inout), optional :: errmsg
       character(:), allocatable :: problem
       integer(c_int) :: status
       call draw(context, seed, run, at_step, first_id, values, status, problem)
@@ -42,7 +42,7 @@ contains
       ! in three dimensions
       real(real64), intent(inout), optional :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), allocatable :: values(:, :)
       character(:), allocatable :: problem
       integer :: sizes(3)
@@ -66,7 +66,7 @@ contains
       class(*), intent(in) :: seed, run, at_step, first_id
       real(real32), intent(inout) :: values(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), allocatable :: wide(:, :)
       character(:), allocatable :: problem
       integer(c_int) :: status
@@ -82,7 +82,7 @@ contains
       real(real32), intent(inout) :: x(:), y(:)
       real(real32), intent(inout), optional :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), allocatable :: values(:, :)
       character(:), allocatable :: problem
       integer :: sizes(3)

@@ -29,8 +29,10 @@ module gamboge_scene
       procedure, public :: read => scene_read
       procedure, public :: destroy => scene_destroy
       ! One option by name; the type of the value must be that of the option.
-      generic, public :: set => set_real64, set_real32, set_int32, set_int64, set_text
-      generic, public :: get => get_real64, get_real32, get_int32, get_int64, get_text
+      generic, public :: set => set_real64, set_real32, set_int32, set_int64, set_text, &
+         set_logical
+      generic, public :: get => get_real64, get_real32, get_int32, get_int64, get_text, &
+         get_logical
       generic, public :: set_box => set_box64, set_box32
       generic, public :: get_box => get_box64, get_box32
       procedure, public :: dimension => scene_dimension
@@ -46,6 +48,7 @@ module gamboge_scene
       procedure, public :: check => scene_check
       procedure, private :: create_int32, create_int64
       procedure, private :: set_real64, set_real32, set_int32, set_int64, set_text
+      procedure, private :: set_logical, get_logical
       procedure, private :: get_real64, get_real32, get_int32, get_int64, get_text
       procedure, private :: set_box64, set_box32, get_box64, get_box32
       procedure, private :: add_fraction64, add_count64, add_count64_int64, add_fraction32, &
@@ -67,8 +70,8 @@ module gamboge_scene
          integer(int32), intent(in) :: dimension
          ! 0, or why the call was refused; without it a failure stops the program
          integer, intent(out), optional :: stat
-         ! set to a whole sentence by a failure only
-         character(:), allocatable, intent(inout), optional :: errmsg
+         ! set to a whole sentence (as much as it holds) by a failure only
+         character(*), intent(inout), optional :: errmsg
       end subroutine create_int32
 
       module subroutine create_int64(self, context, dimension, stat, errmsg)
@@ -76,7 +79,7 @@ module gamboge_scene
          type(gbg_context_t), intent(in) :: context
          integer(int64), intent(in) :: dimension
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine create_int64
 
       ! A scene from a YAML file (docs/scene_reference.md).
@@ -85,7 +88,7 @@ module gamboge_scene
          type(gbg_context_t), intent(in) :: context
          character(*), intent(in) :: path
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine scene_read
 
       ! Twice is allowed.
@@ -93,7 +96,7 @@ module gamboge_scene
          class(gbg_scene_t), intent(inout) :: self
       end subroutine scene_destroy
 
-      module subroutine scene_finalise(self)
+      impure elemental module subroutine scene_finalise(self)
          type(gbg_scene_t), intent(inout) :: self
       end subroutine scene_finalise
 
@@ -103,7 +106,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          real(real64), intent(in) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_real64
 
       ! Mind that 0.01 in single precision is 0.00999999978: write 0.01_real64 or 0.01d0.
@@ -112,7 +115,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          real(real32), intent(in) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_real32
 
       module subroutine set_int64(self, option, value, stat, errmsg)
@@ -120,7 +123,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          integer(int64), intent(in) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_int64
 
       module subroutine set_int32(self, option, value, stat, errmsg)
@@ -128,7 +131,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          integer(int32), intent(in) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_int32
 
       module subroutine set_text(self, option, value, stat, errmsg)
@@ -136,15 +139,24 @@ module gamboge_scene
          character(*), intent(in) :: option
          character(*), intent(in) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_text
+
+      ! A switch: .true. or .false.
+      module subroutine set_logical(self, option, value, stat, errmsg)
+         class(gbg_scene_t), intent(inout) :: self
+         character(*), intent(in) :: option
+         logical, intent(in) :: value
+         integer, intent(out), optional :: stat
+         character(*), intent(inout), optional :: errmsg
+      end subroutine set_logical
 
       module subroutine get_real64(self, option, value, stat, errmsg)
          class(gbg_scene_t), intent(in) :: self
          character(*), intent(in) :: option
          real(real64), intent(inout) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_real64
 
       module subroutine get_real32(self, option, value, stat, errmsg)
@@ -152,7 +164,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          real(real32), intent(inout) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_real32
 
       module subroutine get_int64(self, option, value, stat, errmsg)
@@ -160,7 +172,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          integer(int64), intent(inout) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_int64
 
       module subroutine get_int32(self, option, value, stat, errmsg)
@@ -168,7 +180,7 @@ module gamboge_scene
          character(*), intent(in) :: option
          integer(int32), intent(inout) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_int32
 
       module subroutine get_text(self, option, value, stat, errmsg)
@@ -176,8 +188,16 @@ module gamboge_scene
          character(*), intent(in) :: option
          character(:), allocatable, intent(inout) :: value
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_text
+
+      module subroutine get_logical(self, option, value, stat, errmsg)
+         class(gbg_scene_t), intent(in) :: self
+         character(*), intent(in) :: option
+         logical, intent(inout) :: value
+         integer, intent(out), optional :: stat
+         character(*), intent(inout), optional :: errmsg
+      end subroutine get_logical
 
       ! The periodic box.
       module subroutine set_box64(self, lengths, origin, stat, errmsg)
@@ -187,7 +207,7 @@ module gamboge_scene
          ! lower corner [length], 0 without it
          real(real64), intent(in), optional :: origin(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_box64
 
       module subroutine set_box32(self, lengths, origin, stat, errmsg)
@@ -195,7 +215,7 @@ module gamboge_scene
          real(real32), intent(in) :: lengths(:)
          real(real32), intent(in), optional :: origin(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine set_box32
 
       ! Box lengths, and the lower corner.
@@ -205,7 +225,7 @@ module gamboge_scene
          real(real64), intent(inout) :: lengths(:)
          real(real64), intent(inout), optional :: origin(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_box64
 
       module subroutine get_box32(self, lengths, origin, stat, errmsg)
@@ -213,7 +233,7 @@ module gamboge_scene
          real(real32), intent(inout) :: lengths(:)
          real(real32), intent(inout), optional :: origin(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine get_box32
 
       ! 2 or 3; 0 before create.
@@ -238,7 +258,7 @@ module gamboge_scene
          ! receives the index of the species, from 1
          integer, intent(out), optional :: species
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_fraction64
 
       ! Adds a species with its number of particles.
@@ -250,7 +270,7 @@ module gamboge_scene
          integer(int32), intent(in) :: count
          integer, intent(out), optional :: species
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_count64
 
       module subroutine add_count64_int64(self, name, diameter, alpha, mobility, count, species, &
@@ -261,7 +281,7 @@ module gamboge_scene
          integer(int64), intent(in) :: count
          integer, intent(out), optional :: species
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_count64_int64
 
       module subroutine add_fraction32(self, name, diameter, alpha, mobility, fraction, species, &
@@ -272,7 +292,7 @@ module gamboge_scene
          real(real32), intent(in), optional :: fraction
          integer, intent(out), optional :: species
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_fraction32
 
       module subroutine add_count32(self, name, diameter, alpha, mobility, count, species, &
@@ -283,7 +303,7 @@ module gamboge_scene
          integer(int32), intent(in) :: count
          integer, intent(out), optional :: species
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_count32
 
       ! Adds the pair force F_i = mobility_i sum_k alpha_k r_ik / |r_ik|**(power+1).
@@ -297,7 +317,7 @@ module gamboge_scene
          ! relative RMS error asked for; 0 or absent: the default
          real(real64), intent(in), optional :: tolerance
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_force64
 
       module subroutine add_force32(self, power, sum, cutoff, tolerance, stat, errmsg)
@@ -306,7 +326,7 @@ module gamboge_scene
          character(*), intent(in), optional :: sum
          real(real32), intent(in), optional :: cutoff, tolerance
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_force32
 
       module subroutine add_force_int(self, power, sum, cutoff, tolerance, stat, errmsg)
@@ -315,7 +335,7 @@ module gamboge_scene
          character(*), intent(in), optional :: sum
          real(real64), intent(in), optional :: cutoff, tolerance
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_force_int
 
       ! How many species and forces the scene holds.
@@ -323,7 +343,7 @@ module gamboge_scene
          class(gbg_scene_t), intent(in) :: self
          integer, intent(inout), optional :: n_species, n_forces
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine scene_get_size
 
       ! One species of the scene.
@@ -337,7 +357,7 @@ module gamboge_scene
          ! particles of the species, -1 while it is not known
          integer(int64), intent(inout), optional :: count
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine scene_get_species
 
       ! One force of the scene.
@@ -351,7 +371,7 @@ module gamboge_scene
          real(real64), intent(inout), optional :: cutoff
          real(real64), intent(inout), optional :: tolerance
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine scene_get_force
 
       ! Adds n = size(x, 2) particles; may be called again. In 2D a third row is ignored.
@@ -364,7 +384,7 @@ module gamboge_scene
          ! permanent and distinct, from 0; the next free ones without them
          integer(int64), intent(in), contiguous, optional, target :: ids(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_matrix64
 
       ! The same from separate arrays. They are copied only if their strides differ.
@@ -377,7 +397,7 @@ module gamboge_scene
          integer(int32), intent(in), contiguous, optional, target :: species(:)
          integer(int64), intent(in), contiguous, optional, target :: ids(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_separate64
 
       module subroutine add_matrix32(self, x, species, ids, stat, errmsg)
@@ -386,7 +406,7 @@ module gamboge_scene
          integer(int32), intent(in), contiguous, optional, target :: species(:)
          integer(int64), intent(in), contiguous, optional, target :: ids(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_matrix32
 
       module subroutine add_separate32(self, x, y, z, species, ids, stat, errmsg)
@@ -396,7 +416,7 @@ module gamboge_scene
          integer(int32), intent(in), contiguous, optional, target :: species(:)
          integer(int64), intent(in), contiguous, optional, target :: ids(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_separate32
 
       ! For codes built with -fdefault-integer-8.
@@ -406,7 +426,7 @@ module gamboge_scene
          integer(int64), intent(in) :: species(:)
          integer(int64), intent(in), contiguous, optional, target :: ids(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_matrix64_int64
 
       module subroutine add_separate64_int64(self, x, y, z, species, ids, stat, errmsg)
@@ -416,14 +436,14 @@ module gamboge_scene
          integer(int64), intent(in) :: species(:)
          integer(int64), intent(in), contiguous, optional, target :: ids(:)
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine add_separate64_int64
 
       ! Checks the scene as a whole.
       module subroutine scene_check(self, stat, errmsg)
          class(gbg_scene_t), intent(inout) :: self
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine scene_check
 
       ! An entry of the option table: 'name|type|default|range|meaning';
@@ -433,7 +453,7 @@ module gamboge_scene
          integer, intent(in) :: index
          character(:), allocatable, intent(inout) :: line
          integer, intent(out), optional :: stat
-         character(:), allocatable, intent(inout), optional :: errmsg
+         character(*), intent(inout), optional :: errmsg
       end subroutine option_line
 
       module subroutine scene_copy(self, other)

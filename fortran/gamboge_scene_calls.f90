@@ -54,7 +54,7 @@ contains
       type(context_state), pointer, intent(in) :: state
       character(*), intent(in) :: call_name
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       exists = associated(self%context)
       if (exists) call report(state, gbg_e_order, stat, errmsg, 'gbg_scene_t%'//call_name// &
                               ': this scene exists already, destroy it first')
@@ -94,6 +94,10 @@ contains
                   stat, errmsg)
    end procedure set_text
 
+   module procedure set_logical
+      call self%set(option, merge(1, 0, value), stat, errmsg)
+   end procedure set_logical
+
    module procedure get_real64
       call report(self%context, gbg_scene_get_real(self%handle, c_text(option), value), stat, &
                   errmsg)
@@ -127,6 +131,14 @@ contains
       if (status == gbg_ok) value = buffer_text(buffer)
       call report(self%context, status, stat, errmsg)
    end procedure get_text
+
+   module procedure get_logical
+      character(kind=c_char) :: buffer(text_capacity)
+      integer(c_int) :: status
+      status = gbg_scene_get_text(self%handle, c_text(option), size(buffer, kind=c_int64_t), buffer)
+      if (status == gbg_ok) value = buffer_text(buffer) == 'true'
+      call report(self%context, status, stat, errmsg)
+   end procedure get_logical
 
    module procedure set_box64
       real(real64), target :: corner(3)
@@ -180,7 +192,7 @@ contains
       character(*), intent(in) :: call_name
       integer, intent(in) :: sizes(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       wrong_axes = self%axes > 0 .and. any(sizes /= self%axes)
       if (wrong_axes) call report(self%context, gbg_e_argument, stat, errmsg, 'gbg_scene_t%'// &
                                   call_name//': lengths and origin need one element an axis')
@@ -228,7 +240,7 @@ contains
       integer(int64), intent(in) :: count
       integer, intent(out), optional :: species
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int) :: index, status
       status = gbg_scene_add_species(self%handle, c_text(name), values(1), values(2), values(3), &
                                      values(4), count, index)

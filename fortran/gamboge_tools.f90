@@ -92,7 +92,7 @@ contains
       ! used only if status is a failure
       character(*), intent(in) :: message
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       if (present(stat)) stat = status
       if (status == gbg_ok) return
       if (present(errmsg)) errmsg = message
@@ -107,7 +107,7 @@ contains
       type(context_state), pointer, intent(in) :: context
       integer(c_int), intent(in) :: status
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       character(*), intent(in), optional :: problem
       if (status == gbg_ok) then
          call settle(status, '', stat, errmsg)

@@ -60,8 +60,8 @@ contains
       character(*), intent(in) :: path
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat
-      ! set to a whole sentence by a failure only
-      character(:), allocatable, intent(inout), optional :: errmsg
+      ! set to a whole sentence (as much as it holds) by a failure only
+      character(*), intent(inout), optional :: errmsg
       type(context_state), pointer :: state
       integer(c_int) :: status
       state => engine_context(engine)
@@ -77,7 +77,7 @@ contains
       type(gbg_engine_t), intent(in) :: engine
       character(*), intent(in) :: path
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(context_state), pointer :: state
       integer(c_int) :: status
       state => engine_context(engine)
@@ -93,7 +93,7 @@ contains
       type(gbg_context_t), intent(in) :: context
       character(*), intent(in) :: path
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(context_state), pointer :: state
       integer(c_int) :: status
       state => context_of(context)
@@ -109,7 +109,7 @@ contains
       type(context_state), pointer, intent(in) :: state
       character(*), intent(in) :: call_name
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       exists = associated(self%context)
       if (exists) call report(state, gbg_e_order, stat, errmsg, 'gbg_trajectory_t%'//call_name// &
                               ': this trajectory exists already, destroy it first')
@@ -132,7 +132,7 @@ contains
       class(gbg_trajectory_t), intent(inout) :: self
       type(gbg_engine_t), intent(in) :: engine
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_trajectory_append(self%handle, engine_handle(engine)), stat, &
                   errmsg)
    end subroutine trajectory_append
@@ -146,7 +146,7 @@ contains
       self%axes = 0
    end subroutine trajectory_destroy
 
-   subroutine trajectory_finalise(self)
+   impure elemental subroutine trajectory_finalise(self)
       type(gbg_trajectory_t), intent(inout) :: self
       call trajectory_destroy(self)
    end subroutine trajectory_finalise
@@ -157,7 +157,7 @@ contains
       integer(int64), intent(inout) :: frames, particles
       integer, intent(inout), optional :: n_species
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int) :: axes, species, status
       status = gbg_trajectory_size(self%handle, frames, particles, axes, species)
       if (status == gbg_ok .and. present(n_species)) n_species = species
@@ -169,7 +169,7 @@ contains
       integer(int32), intent(inout) :: frames, particles
       integer, intent(inout), optional :: n_species
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int64) :: many_frames, many
       integer(c_int) :: axes, species, status
       character(:), allocatable :: problem
@@ -192,7 +192,7 @@ contains
       class(gbg_trajectory_t), intent(in) :: self
       logical, intent(inout) :: is_double
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int) :: flag, status
       status = gbg_trajectory_is_double(self%handle, flag)
       if (status == gbg_ok) is_double = flag /= 0
@@ -204,7 +204,7 @@ contains
       class(gbg_trajectory_t), intent(in) :: self
       integer(int32), intent(inout), contiguous :: species(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_trajectory_species(self%handle, size(species, kind=int64), &
                                                        species, 1_c_int), stat, errmsg)
    end subroutine species_int32
@@ -213,7 +213,7 @@ contains
       class(gbg_trajectory_t), intent(in) :: self
       integer(int64), intent(inout) :: species(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int32) :: raw(size(species))
       integer(c_int) :: status
       status = gbg_trajectory_species(self%handle, size(species, kind=int64), raw, 1_c_int)
@@ -226,7 +226,7 @@ contains
       class(gbg_trajectory_t), intent(in) :: self
       real(real64), intent(inout), contiguous :: diameters(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call report(self%context, gbg_trajectory_diameters(self%handle, &
                                                          size(diameters, kind=int64), diameters), &
                   stat, errmsg)
@@ -239,7 +239,7 @@ contains
       integer, intent(in) :: species
       character(:), allocatable, intent(inout) :: name
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       character(kind=c_char) :: buffer(text_capacity)
       integer(c_int) :: status
       status = gbg_trajectory_species_name(self%handle, species - 1, size(buffer, kind=int64), &
@@ -258,7 +258,7 @@ contains
       ! one an axis [length]
       real(real64), intent(inout), optional :: lengths(:), origin(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       real(real64), target :: edges(3), corner(3)
       real(real64) :: at_time
       integer(int64) :: at_step
@@ -289,7 +289,7 @@ contains
       integer(int64), intent(inout), optional :: step
       real(real64), intent(inout), optional :: lengths(:), origin(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call self%get_frame(int(frame, int64), time, step, lengths, origin, stat, errmsg)
    end subroutine frame_int32
 
@@ -301,7 +301,7 @@ contains
       ! x(2,n) or x(3,n) [length]; in two dimensions a third row is left alone
       real(real64), intent(inout), target :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_trajectory_t%get_positions', self%axes, x)
       call read_points(self, int(frame, int64), p)
@@ -316,7 +316,7 @@ contains
       ! left alone in two dimensions
       real(real64), intent(inout), optional, target :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_trajectory_t%get_positions', self%axes, x, y, z)
       call read_points(self, int(frame, int64), p)
@@ -329,7 +329,7 @@ contains
       integer(int32), intent(in) :: frame
       real(real32), intent(inout) :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_trajectory_t%get_positions', self%axes, x)
       call read_points(self, int(frame, int64), p)
@@ -343,7 +343,7 @@ contains
       real(real32), intent(inout) :: x(:), y(:)
       real(real32), intent(inout), optional :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_trajectory_t%get_positions', self%axes, x, y, z)
       call read_points(self, int(frame, int64), p)
@@ -356,7 +356,7 @@ contains
       integer(int64), intent(in) :: frame
       real(real64), intent(inout), target :: x(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_trajectory_t%get_positions', self%axes, x)
       call read_points(self, frame, p)
@@ -370,7 +370,7 @@ contains
       real(real64), intent(inout), target :: x(:), y(:)
       real(real64), intent(inout), optional, target :: z(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, 'gbg_trajectory_t%get_positions', self%axes, x, y, z)
       call read_points(self, frame, p)
@@ -394,7 +394,7 @@ contains
       ! images(2,n) or images(3,n)
       integer(int32), intent(inout) :: images(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(int32), target :: raw(size(images, 2) + 1, 3)
       type(c_ptr) :: z
       integer(c_int) :: status
@@ -416,7 +416,7 @@ contains
       integer(int32), intent(in) :: frame
       integer(int32), intent(inout) :: images(:, :)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call self%get_images(int(frame, int64), images, stat, errmsg)
    end subroutine images_int32
 
@@ -427,7 +427,7 @@ contains
       integer(int64), intent(in) :: frame
       logical, intent(inout) :: flags(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       integer(c_int32_t) :: raw(size(flags))
       integer(c_int) :: status
       status = gbg_trajectory_overlapped(self%handle, frame - 1, size(flags, kind=int64), raw)
@@ -440,7 +440,7 @@ contains
       integer(int32), intent(in) :: frame
       logical, intent(inout) :: flags(:)
       integer, intent(out), optional :: stat
-      character(:), allocatable, intent(inout), optional :: errmsg
+      character(*), intent(inout), optional :: errmsg
       call self%get_overlapped(int(frame, int64), flags, stat, errmsg)
    end subroutine overlapped_int32
 
