@@ -92,6 +92,11 @@ double gbg_core_size(int dimension, double diameter);
  * with any common colour blindness can tell apart. */
 void gbg_palette(int index, double colour[3]);
 
+int gbg_command_check(const struct gbg_arguments *arguments);
+int gbg_command_run(const struct gbg_arguments *arguments);
+int gbg_command_verify(const struct gbg_arguments *arguments);
+int gbg_command_forces(const struct gbg_arguments *arguments);
+int gbg_command_render(const struct gbg_arguments *arguments);
 int gbg_command_plot(const struct gbg_arguments *arguments);
 int gbg_command_info(const struct gbg_arguments *arguments);
 

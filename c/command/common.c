@@ -14,6 +14,7 @@ int gbg_complain(int exit_status, const char *format, ...)
 {
     va_list list;
     va_start(list, format);
+    fflush(stdout);
     fputs("gamboge: ", stderr);
     vfprintf(stderr, format, list);
     fputc('\n', stderr);

@@ -43,9 +43,8 @@ untouched() {
 
 # is_png FILE WIDTH: a PNG of that width, by its signature and header.
 is_png() {
-    set -- "$1" "$2" "$(od -An -tx1 -N8 "$1" | tr -d ' ')" "$(od -An -tu1 -j16 -N4 "$1")"
-    [ "$3" = 89504e470d0a1a0a ] || fault "$1 is not a PNG"
-    # shellcheck disable=SC2086
-    set -- "$1" "$2" $4
-    [ $(($5 * 256 + $6)) -eq "$2" ] || fault "$1 is $(($5 * 256 + $6)) pixels wide, not $2"
+    magic=$(od -An -tx1 -N8 "$1" 2>&1 | tr -d ' ')
+    wide=$(od -An -tu1 -j18 -N2 "$1" 2>&1 | awk '{print 256 * $1 + $2}')
+    [ "$magic" = 89504e470d0a1a0a ] || fault "$1 is not a PNG"
+    [ "$wide" = "$2" ] || fault "$1 is $wide pixels wide, not $2"
 }

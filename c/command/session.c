@@ -1,0 +1,54 @@
+/* Command: a scene file read, the options of the command line put over it, and its engine. */
+#include "command/session.h"
+
+int gbg_session_open(const struct gbg_arguments *arguments, struct gbg_session *session)
+{
+    *session = (struct gbg_session){0};
+    int status = gbg_open_context(gbg_text_of(arguments, "backend", NULL),
+                                  gbg_integer_of(arguments, "threads", 0), &session->context);
+    if (status) {
+        return status;
+    }
+    if (gbg_scene_read(session->context, arguments->operand, &session->scene) != GBG_OK ||
+        gbg_scene_check(session->scene) != GBG_OK) {
+        return gbg_complain_library(GBG_EXIT_USE, session->context);
+    }
+    return GBG_EXIT_DONE;
+}
+
+int gbg_session_start(struct gbg_session *session)
+{
+    int status = gbg_engine_create(session->scene, &session->engine);
+    if (status == GBG_OK) {
+        return GBG_EXIT_DONE;
+    }
+    return gbg_complain_library(status == GBG_E_MEMORY ? GBG_EXIT_FAILED : GBG_EXIT_USE,
+                                session->context);
+}
+
+void gbg_session_close(struct gbg_session *session)
+{
+    gbg_engine_destroy(&session->engine);
+    gbg_scene_destroy(&session->scene);
+    gbg_context_destroy(&session->context);
+}
+
+double gbg_session_real(const struct gbg_session *session, const char *option, double fallback)
+{
+    double value;
+    return gbg_scene_get_real(session->scene, option, &value) == GBG_OK ? value : fallback;
+}
+
+int64_t gbg_session_integer(const struct gbg_session *session, const char *option, int64_t fallback)
+{
+    int64_t value;
+    return gbg_scene_get_integer(session->scene, option, &value) == GBG_OK ? value : fallback;
+}
+
+const char *gbg_session_text(const struct gbg_session *session, const char *option)
+{
+    static char text[GBG_PATH_MOST];
+    text[0] = 0;
+    gbg_scene_get_text(session->scene, option, sizeof text, text);
+    return text;
+}
