@@ -124,7 +124,7 @@ static int read_option(struct gbg_arguments *arguments, int count, char **words,
 static int check_complete(const struct gbg_arguments *arguments)
 {
     const struct gbg_command *command = arguments->command;
-    if (command->operand && !arguments->operand) {
+    if (command->operand && command->operand[0] != '[' && !arguments->operand) {
         return gbg_complain(GBG_EXIT_USE, "%s needs %s (gamboge help %s)", command->name,
                             command->operand, command->name);
     }

@@ -31,7 +31,8 @@ struct gbg_arguments;
 
 struct gbg_command {
     const char *name;
-    const char *operand; /* word for the one operand in the help; NULL: the command has none */
+    const char *operand; /* word for the one operand in the help; "[WORD]": may be left out; NULL:
+                          * the command has none */
     const char *summary;
     int (*run)(const struct gbg_arguments *arguments); /* returns enum gbg_exit */
     struct gbg_option options[GBG_OPTIONS_MOST];
@@ -98,6 +99,7 @@ int gbg_command_verify(const struct gbg_arguments *arguments);
 int gbg_command_forces(const struct gbg_arguments *arguments);
 int gbg_command_render(const struct gbg_arguments *arguments);
 int gbg_command_plot(const struct gbg_arguments *arguments);
+int gbg_command_bench(const struct gbg_arguments *arguments);
 int gbg_command_info(const struct gbg_arguments *arguments);
 
 #endif

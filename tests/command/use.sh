@@ -7,6 +7,8 @@ expect 0 "--out P.png" help plot
 expect 0 "--out P.png" plot --help
 expect 0 "gamboge 0." --version
 expect 0 "limits" info
+expect 0 "direct" bench
+expect 2 "there is no folder" bench noise --json nowhere/f.json
 expect 2 "nearest is plot" plto
 expect 2 "nearest is info" help infos
 expect 2 "nearest is --width" plot s.nc --out s.png --widht 300
