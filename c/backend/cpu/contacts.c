@@ -42,6 +42,7 @@ struct round {
     struct gbg_list *list;
     const struct gbg_contacts *rule;
     const struct table *table;
+    gbg_cpu_screen screen;
 };
 
 static inline double contact_of(const struct round *round, int64_t i, int64_t j)
@@ -168,27 +169,8 @@ static void screen(const struct round *round, struct gbg_chunk *chunk)
     float limit = (float)(round->table->largest * round->table->largest * (1.0 + 1e-5));
     chunk->n_look = 0;
     for (int64_t slice = chunk->first_slice; slice < chunk->end_slice; slice++) {
-        const int32_t *index = chunk->index + list->offset[slice];
-        float least[GBG_SLICE];
-        int64_t base = slice * GBG_SLICE;
-        for (int l = 0; l < GBG_SLICE; l++) {
-            least[l] = limit;
-        }
-        for (int32_t k = 0; k < list->width[slice]; k++, index += GBG_SLICE) {
-            for (int l = 0; l < GBG_SLICE; l++) {
-                int64_t i = base + l < list->n ? base + l : list->n - 1;
-                float squared = index[l] == i ? limit : 0.0f;
-                for (int a = 0; a < list->dimension; a++) {
-                    int32_t d = (int32_t)(list->local[a][i] - list->local[a][index[l]]);
-                    squared += ((float)d * list->scale[a]) * ((float)d * list->scale[a]);
-                }
-                least[l] = squared < least[l] ? squared : least[l];
-            }
-        }
-        for (int l = 0; l < GBG_SLICE; l++) {
-            chunk->look[chunk->n_look] = (int32_t)(base + l);
-            chunk->n_look += least[l] < limit;
-        }
+        chunk->n_look += round->screen(list, slice, chunk->index + list->offset[slice], limit,
+                                       chunk->look + chunk->n_look);
     }
 }
 
@@ -334,7 +316,7 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
 {
     struct table table;
     make_table(state, contacts->tolerance, &table);
-    struct round round = {state, list, contacts, &table};
+    struct round round = {state, list, contacts, &table, device->variant->screen};
     int status = reserve(device, list), all = 0;
     contacts->rounds = contacts->pairs = contacts->left = 0;
     contacts->largest = 0.0;

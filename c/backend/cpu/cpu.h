@@ -5,10 +5,17 @@
 #include "backend/backend.h"
 #include "core/context.h"
 
+/* Particles of a slice with a neighbour (slots at index) whose squared distance is below the limit;
+ * returns their number. */
+struct gbg_list;
+typedef int64_t (*gbg_cpu_screen)(const struct gbg_list *list, int64_t slice, const int32_t *index,
+                                  float squared_limit, int32_t *found);
+
 /* The kernels of one instruction set (c/backend/cpu/kernels.c, compiled once for each). */
 struct gbg_cpu_variant {
     const char *name;
     struct gbg_kernels kernels;
+    gbg_cpu_screen screen;
 };
 
 struct gbg_device {

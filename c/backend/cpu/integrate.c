@@ -99,12 +99,17 @@ static inline void move(const struct euler *euler, int64_t first, int lanes,
     }
 }
 
+static inline double larger(double a, double b)
+{
+    return b > a ? b : a; /* NaN in b is left out: its particle is counted as bad */
+}
+
 static inline void note(const struct block *block, int64_t first, int lanes, struct extremes *seen)
 {
     for (int l = 0; l < lanes; l++) {
-        seen->drift = fmax(seen->drift, block->drift[l]);
-        seen->noise = fmax(seen->noise, block->noise[l]);
-        seen->total = fmax(seen->total, block->total[l]);
+        seen->drift = larger(seen->drift, block->drift[l]);
+        seen->noise = larger(seen->noise, block->noise[l]);
+        seen->total = larger(seen->total, block->total[l]);
         if (block->bad[l] && first + l < seen->bad) {
             seen->bad = first + l;
         }
@@ -132,9 +137,9 @@ int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state 
             move(&euler, first, lanes, &block);
             note(&block, first, lanes, &seen);
         }
-        largest_drift = fmax(largest_drift, seen.drift);
-        largest_noise = fmax(largest_noise, seen.noise);
-        largest = fmax(largest, seen.total);
+        largest_drift = larger(largest_drift, seen.drift);
+        largest_noise = larger(largest_noise, seen.noise);
+        largest = larger(largest, seen.total);
         bad = seen.bad < bad ? seen.bad : bad;
     }
     *moves = (struct gbg_moves){sqrt(largest_drift), sqrt(largest_noise), sqrt(largest),

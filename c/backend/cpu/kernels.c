@@ -7,6 +7,7 @@
 
 const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
     .name = GBG_SIMD_NAME,
+    .screen = GBG_ISA_NAME(gbg_cpu_screen),
     .kernels =
         {
             .normals = GBG_ISA_NAME(gbg_cpu_normals),

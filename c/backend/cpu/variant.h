@@ -17,6 +17,9 @@ int GBG_ISA_NAME(gbg_cpu_cutoff_mixed)(struct gbg_device *device, struct gbg_sta
 int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_state *state,
                                         const struct gbg_list *list, double power, double cutoff,
                                         int add);
+struct gbg_list;
+int64_t GBG_ISA_NAME(gbg_cpu_screen)(const struct gbg_list *list, int64_t slice,
+                                     const int32_t *index, float squared_limit, int32_t *found);
 
 int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_state *state,
                                        double power, int add);
