@@ -194,6 +194,8 @@ static int fill_engine(struct gbg_engine *engine, const struct gbg_scene *scene,
             {particles->position[0], particles->position[1], particles->position[2]},
             1};
         status = gbg_engine_encode(engine, &points); /* rank is not set yet: order of ids */
+        gbg_release(engine->words); /* a run without output has no transfer buffer */
+        engine->words = NULL;
     }
     if (status == GBG_OK && scene->start == GBG_START_ARRAYS) {
         status = make_rank(engine, &scene->arrays, particles);
