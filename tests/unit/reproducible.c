@@ -28,7 +28,8 @@ static void hash_after(struct gbg_scene *scene, const struct made_particles *mad
 static void threads_and_instruction_sets(void **state)
 {
     (void)state;
-    static const char *const contexts[] = {"cpu:threads=1", "cpu:threads=2", "cpu:threads=7",
+    static const char *const contexts[] = {"cpu:threads=1",          "cpu:threads=2",
+                                           "cpu:threads=7",          "poison:threads=2",
                                            "cpu:threads=2,isa=avx2", "cpu:threads=3,isa=avx512"};
     static struct made_particles made;
     for (int dimension = 2; dimension <= 3; dimension++) {
@@ -39,7 +40,7 @@ static void threads_and_instruction_sets(void **state)
                 print_message("not on this processor: %s\n", contexts[k]);
                 continue;
             }
-            if (k >= 3 && strcmp(context->instructions, "generic") == 0) {
+            if (k >= 4 && strcmp(context->instructions, "generic") == 0) {
                 gbg_context_destroy(&context);
                 continue;
             }
