@@ -64,6 +64,6 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
                          double *const *position);
 
 /* The cases (bench/cases). */
-extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise;
+extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise, gbg_bench_short_range;
 
 #endif

@@ -74,8 +74,8 @@ static void fill(const int *order)
 {
     for (int k = 0; k < N; k++) {
         int i = order[k];
-        x[k] = 1.2 * (i % SIDE) + 0.03 * (i % 7);
-        y[k] = 1.2 * (i / SIDE) + 0.03 * (i % 5);
+        x[k] = 1.2 * (i % SIDE) + 0.00019 * (i * 7919 % 1000); /* none exactly half a box apart */
+        y[k] = 1.2 * (i / SIDE) + 0.00019 * (i * 6007 % 1000);
         species[k] = 1 + i % 2;
         ids[k] = INT64_C(10000000000) + 3 * i;
     }
@@ -278,7 +278,7 @@ static void long_thin_box(void **state)
     DONE(gbg_scene_add_force(scene, 6.0, "cutoff", 2.9, 0.0));
     for (int i = 0; i < MANY; i++) {
         px[i] = 4.0 * (i / 2) + 0.3 * (i % 2) - 18e6; /* 3000 boxes away */
-        py[i] = 3.0 * (i % 2) + 6e7;
+        py[i] = 2.5 * (i % 2) + 6e7;
     }
     DONE(gbg_scene_add_particles(scene, MANY, px, py, NULL, 1, NULL, 0, NULL));
     DONE(gbg_engine_create(scene, &engine));
@@ -286,7 +286,7 @@ static void long_thin_box(void **state)
     DONE(gbg_engine_forces(engine, MANY, fx, fy, NULL, 1));
     DONE(gbg_engine_force_error(engine, 0, &error, &median));
     print_message("1000:1 box: force error %.2e of RMS\n", error);
-    assert_true(error < 1e-6);
+    assert_true(error > 0.0 && error < 1e-6); /* zero: no pair within the cut-off, no test */
     DONE(gbg_engine_run(engine, 100));
     DONE(gbg_engine_destroy(&engine));
     DONE(gbg_scene_destroy(&scene));

@@ -80,7 +80,7 @@ static void short_range(void **state)
 {
     (void)state;
     for (int c = 0; c < 5; c++) {
-        run(scenes, c, "short", 1000);
+        run(scenes, c, "short", 400);
     }
 }
 
@@ -88,7 +88,7 @@ static void long_range(void **state)
 {
     (void)state;
     for (int c = 0; c < 5; c++) {
-        run(scenes, c, "long", 100);
+        run(scenes, c, "long", 50);
     }
 }
 
