@@ -1,0 +1,148 @@
+/* Analysis room: the Kaiser-Bessel window less its pedestal. Formulas: window.h. */
+#include "analysis/window.h"
+
+#include <math.h>
+#include <string.h>
+
+/* beta/width that makes the largest aliasing sum over |f| <= 1/4 smallest (tests/unit/
+ * analysis_window.c searches it again). */
+static const double best_beta[GBG_WINDOW_WIDEST + 1] = {0,     0,     1.986, 2.231, 2.248, 2.278,
+                                                        2.320, 2.318, 2.333, 2.339, 2.339, 2.346,
+                                                        2.346, 2.347, 2.347, 2.347, 2.347};
+
+static const long double pi = 3.14159265358979323846264338327950288L;
+
+/* I0(sqrt(square)) - 1 by its power series; square may be slightly negative. */
+static long double bessel_less_one(long double square)
+{
+    long double quarter = square / 4, term = 1, sum = 0;
+    for (int k = 1; k < 400; k++) {
+        term *= quarter / ((long double)k * k);
+        sum += term;
+        if (fabsl(term) <= 1e-22L * fabsl(sum)) {
+            break;
+        }
+    }
+    return sum;
+}
+
+static long double window_value(const struct gbg_window *window, long double t)
+{
+    long double x = 2 * t / window->width, beta = window->beta;
+    return bessel_less_one(beta * beta * (1 - x * x)) / bessel_less_one(beta * beta);
+}
+
+enum { MOST_TERMS = GBG_WINDOW_DEGREE(GBG_WINDOW_WIDEST) + 1 };
+
+/* Powers of z from Chebyshev polynomials: T_{k+1} = 2 z T_k - T_{k-1}. */
+static void to_powers(int terms, const long double *chebyshev, long double *power)
+{
+    long double before[MOST_TERMS] = {1}, now[MOST_TERMS] = {0, 1}, next[MOST_TERMS];
+    memset(power, 0, (size_t)terms * sizeof *power);
+    power[0] = chebyshev[0];
+    for (int k = 1; k < terms; k++) {
+        for (int j = 0; j <= k; j++) {
+            power[j] += chebyshev[k] * now[j];
+        }
+        for (int j = 0; j < MOST_TERMS; j++) {
+            next[j] = (j > 0 ? 2 * now[j - 1] : 0) - before[j];
+        }
+        memcpy(before, now, sizeof before);
+        memcpy(now, next, sizeof now);
+    }
+}
+
+/* The polynomial of one node, by interpolation at the Chebyshev points. */
+static void fit_node(struct gbg_window *window, int node)
+{
+    int terms = GBG_WINDOW_DEGREE(window->width) + 1;
+    long double value[MOST_TERMS], chebyshev[MOST_TERMS], power[MOST_TERMS];
+    long double offset = node + 0.5L - window->width / 2.0L;
+    for (int j = 0; j < terms; j++) {
+        value[j] = window_value(window, offset - cosl(pi * (j + 0.5L) / terms) / 2);
+    }
+    for (int k = 0; k < terms; k++) {
+        long double sum = 0;
+        for (int j = 0; j < terms; j++) {
+            sum += value[j] * cosl(pi * k * (j + 0.5L) / terms);
+        }
+        chebyshev[k] = sum * (k == 0 ? 1.0L : 2.0L) / terms;
+    }
+    to_powers(terms, chebyshev, power);
+    for (int k = 0; k < terms; k++) {
+        window->coefficient[k][node] = (double)power[k];
+    }
+}
+
+/* Largest difference between the polynomial in double arithmetic and the window, over samples. */
+static double measure_node(const struct gbg_window *window, int node)
+{
+    enum { SAMPLES = 64 };
+    double largest = 0;
+    long double offset = node + 0.5L - window->width / 2.0L;
+    for (int i = 0; i <= SAMPLES; i++) {
+        double z = 2.0 * i / SAMPLES - 1, sum = 0;
+        for (int k = GBG_WINDOW_DEGREE(window->width); k >= 0; k--) {
+            sum = sum * z + window->coefficient[k][node];
+        }
+        double error = (double)fabsl(sum - window_value(window, offset - z / 2.0L));
+        largest = error > largest ? error : largest;
+    }
+    return largest;
+}
+
+void gbg_window_make_with(int width, double beta, struct gbg_window *window)
+{
+    memset(window, 0, sizeof *window);
+    window->width = width;
+    window->beta = beta;
+    window->peak = (double)bessel_less_one((long double)beta * beta);
+    for (int node = 0; node < width; node++) {
+        fit_node(window, node);
+    }
+    for (int node = 0; node < width; node++) {
+        double error = measure_node(window, node);
+        window->polynomial_error =
+            error > window->polynomial_error ? error : window->polynomial_error;
+    }
+    window->polynomial_error *= 1.25; /* extrema lie between the samples */
+    window->transform_zero = gbg_window_transform(window, 0);
+}
+
+void gbg_window_make(int width, struct gbg_window *window)
+{
+    gbg_window_make_with(width, best_beta[width] * width, window);
+}
+
+double gbg_window_transform(const struct gbg_window *window, double f)
+{
+    double x = (double)pi * window->width * f;
+    double square = (window->beta - x) * (window->beta + x), bessel;
+    if (square > 0) {
+        double q = sqrt(square);
+        bessel = sinh(q) / q;
+    } else {
+        double q = sqrt(-square);
+        bessel = q > 0 ? sin(q) / q : 1;
+    }
+    double pedestal = x != 0 ? sin(x) / x : 1;
+    return window->width * (bessel - pedestal) / window->peak;
+}
+
+void gbg_window_alias(const struct gbg_window *window, double f, double *sum, double *root)
+{
+    enum { ALIASES = 24 };
+    double total = 0, squares = 0;
+    for (int m = 1; m <= ALIASES; m++) {
+        double above = gbg_window_transform(window, m + f);
+        double below = gbg_window_transform(window, m - f);
+        total += fabs(above) + fabs(below);
+        squares += above * above + below * below;
+    }
+    /* The rest: for X >= 2 beta, |sin(q)/q - sin(X)/X| <= 0.62 (beta/X)^2. */
+    double ratio = window->beta / ((double)pi * window->width);
+    total += 2 * 0.62 * ratio * ratio / (ALIASES - 0.5) * window->width / window->peak;
+    double here = gbg_window_transform(window, f);
+    *sum = total / here;
+    *root = sqrt(squares) / here;
+}
