@@ -87,7 +87,8 @@ static void set_total(const struct frame_view *view, int64_t s)
         value[c] = (shell.sum[c] + shell.carry[c]) / (double)modes;
     }
     value[GBG_COLUMN_MODES] = (double)modes;
-    value[GBG_COLUMN_TYPICAL] = sqrt(value[GBG_COLUMN_TYPICAL] / (double)modes);
+    value[GBG_COLUMN_TYPICAL] = sqrt(value[GBG_COLUMN_TYPICAL] / (double)modes) +
+                                2 * GBG_UNIT_ROUNDOFF * value[GBG_COLUMN_S];
     value[GBG_COLUMN_STORAGE] =
         sqrt(value[GBG_COLUMN_STORAGE] / (double)modes) + shell.bias / (double)modes;
     for (int c = 0; c < GBG_COLUMN_PAIRS; c++) {

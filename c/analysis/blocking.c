@@ -66,6 +66,32 @@ static double variance_of_mean(const struct gbg_blocking *blocking, int64_t seri
     return blocking->squares[level][series] / (n * (n - 1));
 }
 
+/* Largest variance of the mean over the levels with at least `blocks` blocks, from *level on and up
+ * to the first that is long enough; 1 if there was one. *level: the last level looked at. */
+static int scan(const struct gbg_blocking *blocking, int64_t series, int64_t blocks, int *level,
+                double *largest)
+{
+    int64_t n = blocking->count[series];
+    double naive = variance_of_mean(blocking, series, 0);
+    for (int l = *level; l == 0 || n >> l >= blocks; l++) {
+        double here = variance_of_mean(blocking, series, l);
+        *level = l;
+        *largest = here > *largest ? here : *largest;
+        double ratio = naive > 0 ? *largest / naive : 1;
+        if (ldexp(1, 3 * l) > 2 * (double)n * ratio * ratio) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Ratio of the 68.3 % quantiles of Student's distribution and of the normal one, to 1 % for 3
+ * degrees of freedom or more. */
+static double student(double freedom)
+{
+    return 1 + (0.5 + 0.25 / freedom) / freedom;
+}
+
 double gbg_blocking_error(const struct gbg_blocking *blocking, int64_t series, double *independent)
 {
     int64_t n = blocking->count[series];
@@ -73,15 +99,13 @@ double gbg_blocking_error(const struct gbg_blocking *blocking, int64_t series, d
     if (n < 2) {
         return NAN;
     }
-    double naive = variance_of_mean(blocking, series, 0), chosen = naive;
-    for (int l = 0; l == 0 || n >> l >= 4; l++) {
-        double here = variance_of_mean(blocking, series, l), ratio = naive > 0 ? here / naive : 1;
-        chosen = here > chosen ? here : chosen;
-        if (ldexp(1, 3 * l) > 2 * (double)n * ratio * ratio) {
-            chosen = here;
-            break;
-        }
+    double largest = 0;
+    int level = 0;
+    if (!scan(blocking, series, 8, &level, &largest)) {
+        scan(blocking, series, 4, &level, &largest);
     }
-    *independent = chosen > 0 ? (double)n * naive / chosen : (double)n;
-    return sqrt(chosen);
+    if (largest > 0) {
+        *independent = (double)n * variance_of_mean(blocking, series, 0) / largest;
+    }
+    return sqrt(largest) * student((double)(n >> level) - 1);
 }

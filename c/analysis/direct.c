@@ -9,7 +9,7 @@
 
 /* Particles that are summed before they are added to the rest: keeps their phases in the cache and
  * the rounding of long sums small. */
-enum { BATCH = 128 };
+enum { BATCH = 128, WORTH_THREADS = 100000 }; /* the second: multiplications */
 
 /* sum[outer][row][column] = sum_p outer-phase row-phase column-phase, where the phases of axis a
  * are cos(k_a x_a) for n = 0..reach, then sin. Columns belong to axis 0, rows to 1, outer to 2. */
@@ -125,7 +125,9 @@ static void gather(struct gbg_density_direct *direct, const struct gbg_points *p
 static void set_phases(struct gbg_density_direct *direct, int a, int64_t n, double length)
 {
     int64_t extent = direct->extent[a];
-#pragma omp parallel for num_threads(direct->threads) schedule(static)
+    int worth = n * direct->reach[a] >= WORTH_THREADS;
+    (void)worth;
+#pragma omp parallel for num_threads(direct->threads) schedule(static) if (worth)
     for (int64_t i = 0; i < n; i += 16) {
         int64_t part = n - i < 16 ? n - i : 16;
         direct->kernels->phases(length, direct->reach[a], part, direct->x + i, extent,
@@ -152,8 +154,9 @@ static void add_rows(struct gbg_density_direct *direct, int64_t job, int64_t n, 
 static void add_batch(struct gbg_density_direct *direct, int64_t n)
 {
     int64_t jobs = direct->extent[2] * (direct->extent[1] / GBG_TENSOR_ROWS);
-    int threads = direct->threads;
-#pragma omp parallel for num_threads(threads) schedule(static, 1)
+    int threads = direct->threads, worth = jobs * n * direct->extent[0] >= WORTH_THREADS;
+    (void)worth;
+#pragma omp parallel for num_threads(threads) schedule(static, 1) if (worth)
     for (int t = 0; t < threads; t++) {
         double *factor = direct->factor + (int64_t)t * BATCH * GBG_TENSOR_ROWS;
         for (int64_t job = jobs * t / threads; job < jobs * (t + 1) / threads; job++) {

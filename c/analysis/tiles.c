@@ -372,6 +372,9 @@ void gbg_tiles_spread(const struct gbg_tiles *tiles, int channel, double *mesh, 
 {
     for (int colour = 0; colour < 27; colour++) {
         int64_t begin = tiles->colour_start[colour], end = tiles->colour_start[colour + 1];
+        if (begin == end) {
+            continue;
+        }
 #pragma omp parallel for num_threads(tiles->threads) schedule(dynamic)
         for (int64_t i = begin; i < end; i++) {
             spread_tile(tiles, channel, tiles->by_colour[i], mesh, pitch);

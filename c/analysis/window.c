@@ -114,19 +114,27 @@ void gbg_window_make(int width, struct gbg_window *window)
     gbg_window_make_with(width, best_beta[width] * width, window);
 }
 
+/* Extended precision, because sinh(q) multiplies the rounding of q by q. */
 double gbg_window_transform(const struct gbg_window *window, double f)
 {
-    double x = (double)pi * window->width * f;
-    double square = (window->beta - x) * (window->beta + x), bessel;
-    if (square > 0) {
-        double q = sqrt(square);
-        bessel = sinh(q) / q;
-    } else {
-        double q = sqrt(-square);
-        bessel = q > 0 ? sin(q) / q : 1;
+    long double x = pi * window->width * f, beta = window->beta;
+    long double square = (beta - x) * (beta + x), q = sqrtl(fabsl(square)), bessel = 1;
+    if (q > 0) {
+        bessel = (square > 0 ? sinhl(q) : sinl(q)) / q;
     }
-    double pedestal = x != 0 ? sin(x) / x : 1;
-    return window->width * (bessel - pedestal) / window->peak;
+    long double pedestal = x != 0 ? sinl(x) / x : 1;
+    return (double)(window->width * (bessel - pedestal) / bessel_less_one(beta * beta));
+}
+
+/* |transform(f)| for |f| > 1/2, times peak/width: no such care needed. */
+static double alias_at(const struct gbg_window *window, double f)
+{
+    double x = (double)pi * window->width * f;
+    double square = (x - window->beta) * (x + window->beta), q = sqrt(fabs(square)), bessel = 1;
+    if (q > 0) {
+        bessel = (square > 0 ? sin(q) : sinh(q)) / q;
+    }
+    return fabs(bessel - sin(x) / x);
 }
 
 void gbg_window_alias(const struct gbg_window *window, double f, double *sum, double *root)
@@ -134,15 +142,14 @@ void gbg_window_alias(const struct gbg_window *window, double f, double *sum, do
     enum { ALIASES = 24 };
     double total = 0, squares = 0;
     for (int m = 1; m <= ALIASES; m++) {
-        double above = gbg_window_transform(window, m + f);
-        double below = gbg_window_transform(window, m - f);
-        total += fabs(above) + fabs(below);
+        double above = alias_at(window, m + f), below = alias_at(window, m - f);
+        total += above + below;
         squares += above * above + below * below;
     }
     /* The rest: for X >= 2 beta, |sin(q)/q - sin(X)/X| <= 0.62 (beta/X)^2. */
     double ratio = window->beta / ((double)pi * window->width);
-    total += 2 * 0.62 * ratio * ratio / (ALIASES - 0.5) * window->width / window->peak;
-    double here = gbg_window_transform(window, f);
+    total += 2 * 0.62 * ratio * ratio / (ALIASES - 0.5);
+    double here = gbg_window_transform(window, f) * window->peak / window->width;
     *sum = total / here;
     *root = sqrt(squares) / here;
 }

@@ -9,7 +9,6 @@
 
 #include <cmocka.h>
 #include <math.h>
-#include <quadmath.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -85,32 +84,6 @@ static inline int add_points(struct gbg_analysis *analysis, const struct points 
 {
     return gbg_analysis_add_frame(analysis, points->n, points->x[0], points->x[1], points->x[2], 1,
                                   species, 0, lengths, 0);
-}
-
-struct exact {
-    __float128 real, imaginary;
-};
-
-/* sum_j exp(-2 pi i n.x_j/L) over the particles of a species (-1: all), in quadruple precision. */
-static inline struct exact exact_mode(const struct points *points, int dimension,
-                                      const double *lengths, const int32_t *n, int species)
-{
-    struct exact sum = {0, 0};
-    for (int64_t i = 0; i < points->n; i++) {
-        if (species >= 0 && points->species[i] != species) {
-            continue;
-        }
-        __float128 turns = 0;
-        for (int a = 0; a < dimension; a++) {
-            turns += (__float128)n[a] * points->x[a][i] / lengths[a];
-        }
-        turns -= floorq(turns);
-        __float128 sine, cosine;
-        sincosq(2 * M_PIq * turns, &sine, &cosine);
-        sum.real += cosine;
-        sum.imaginary -= sine;
-    }
-    return sum;
 }
 
 #endif
