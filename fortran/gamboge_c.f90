@@ -379,6 +379,12 @@ module gamboge_c
          integer(c_int), intent(out) :: is_double
       end function gbg_trajectory_is_double
 
+      integer(c_int) function gbg_trajectory_is_hard(trajectory, is_hard) bind(c)
+         import
+         type(c_ptr), value :: trajectory
+         integer(c_int), intent(out) :: is_hard
+      end function gbg_trajectory_is_hard
+
       integer(c_int) function gbg_trajectory_species(trajectory, n, species, base) bind(c)
          import
          type(c_ptr), value :: trajectory

@@ -8,7 +8,8 @@ module gamboge_trajectory
    use gamboge_c, only: gbg_e_argument, gbg_e_order, gbg_ok, gbg_trajectory_append, &
       gbg_trajectory_continue, gbg_trajectory_create, gbg_trajectory_destroy, &
       gbg_trajectory_diameters, gbg_trajectory_frame, gbg_trajectory_images, &
-      gbg_trajectory_is_double, gbg_trajectory_open, gbg_trajectory_overlapped, &
+      gbg_trajectory_is_double, gbg_trajectory_is_hard, gbg_trajectory_open, &
+      gbg_trajectory_overlapped, &
       gbg_trajectory_positions, gbg_trajectory_size, gbg_trajectory_species, &
       gbg_trajectory_species_name
    use gamboge_context, only: context_of, gbg_context_t
@@ -34,6 +35,7 @@ module gamboge_trajectory
       generic, public :: get_size => size_int32, size_int64
       procedure, public :: dimension => trajectory_dimension
       procedure, public :: is_double => trajectory_is_double
+      procedure, public :: is_hard => trajectory_is_hard
       generic, public :: get_species => species_int32, species_int64
       procedure, public :: get_diameters => trajectory_get_diameters
       procedure, public :: species_name => trajectory_species_name
@@ -198,6 +200,18 @@ contains
       if (status == gbg_ok) is_double = flag /= 0
       call report(self%context, status, stat, errmsg)
    end subroutine trajectory_is_double
+
+   ! False if the file says that its particles have no hard cores.
+   subroutine trajectory_is_hard(self, is_hard, stat, errmsg)
+      class(gbg_trajectory_t), intent(in) :: self
+      logical, intent(inout) :: is_hard
+      integer, intent(out), optional :: stat
+      character(*), intent(inout), optional :: errmsg
+      integer(c_int) :: flag, status
+      status = gbg_trajectory_is_hard(self%handle, flag)
+      if (status == gbg_ok) is_hard = flag /= 0
+      call report(self%context, status, stat, errmsg)
+   end subroutine trajectory_is_hard
 
    ! Species of all particles, from 1.
    subroutine species_int32(self, species, stat, errmsg)

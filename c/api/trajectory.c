@@ -255,6 +255,15 @@ static int check_vectors(const struct gbg_trajectory *trajectory, const char *ca
     return GBG_OK;
 }
 
+int gbg_trajectory_is_hard(const struct gbg_trajectory *trajectory, int *is_hard)
+{
+    int status = check_reading(trajectory, "gbg_trajectory_is_hard", is_hard, "is_hard");
+    if (status == GBG_OK) {
+        *is_hard = trajectory->reader->is_hard;
+    }
+    return status;
+}
+
 int gbg_trajectory_species(const struct gbg_trajectory *trajectory, int64_t n, int32_t *species,
                            int base)
 {

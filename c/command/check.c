@@ -136,9 +136,9 @@ static void print_plan(const struct gbg_session *session)
             printf("  %s\n", text);
         }
     }
-    int64_t bytes = 0;
-    gbg_engine_integer(session->engine, "bytes_per_particle", &bytes);
-    printf("memory         %lld bytes a particle\n", (long long)bytes);
+    double bytes = 0;
+    gbg_engine_real(session->engine, "bytes_per_particle", &bytes);
+    printf("memory         %.4g bytes a particle\n", bytes);
 }
 
 static int check(const struct gbg_arguments *arguments, struct gbg_session *session)

@@ -10,16 +10,13 @@ static int write_forces(const struct gbg_arguments *arguments, struct gbg_sessio
     if (status) {
         return status;
     }
-    double rms, median;
     if (gbg_engine_write_forces(session->engine, out) != GBG_OK) {
         return gbg_complain_library(GBG_EXIT_FAILED, session->context);
     }
     int64_t n;
     gbg_engine_size(session->engine, &n, NULL);
     printf("%s: forces on %s particles\n", out, gbg_count_text(n));
-    if (gbg_engine_force_error(session->engine, 0, &rms, &median) == GBG_OK) {
-        printf("force error    rms(dF)/rms(F) %.2g, rms(dF)/median|F| %.2g\n", rms, median);
-    }
+    gbg_session_print_error(session);
     return GBG_EXIT_DONE;
 }
 

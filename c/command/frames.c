@@ -52,7 +52,8 @@ int gbg_frames_open(const struct gbg_arguments *arguments, struct gbg_frames *fr
     if (gbg_trajectory_open(frames->context, frames->path, &frames->trajectory) != GBG_OK ||
         gbg_trajectory_size(frames->trajectory, &frames->frames, &frames->n, &frames->dimension,
                             &frames->n_species) != GBG_OK ||
-        gbg_trajectory_is_double(frames->trajectory, &frames->is_double) != GBG_OK) {
+        gbg_trajectory_is_double(frames->trajectory, &frames->is_double) != GBG_OK ||
+        gbg_trajectory_is_hard(frames->trajectory, &frames->is_hard) != GBG_OK) {
         return gbg_complain_library(GBG_EXIT_USE, frames->context);
     }
     status = make_arrays(frames);

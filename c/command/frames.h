@@ -10,6 +10,7 @@ struct gbg_frames {
     const char *path;
     int64_t frames, n;
     int dimension, n_species, is_double;
+    int is_hard;      /* 0: diameters are only what is drawn */
     int32_t *species; /* from 0 */
     double *diameter;
     int64_t count[GBG_MAX_SPECIES];

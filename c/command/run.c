@@ -183,18 +183,6 @@ static int advance(struct job *job)
     return status ? status : save_restart(job, step);
 }
 
-static void print_force_error(const struct job *job)
-{
-    int n_forces = 0;
-    double rms, median;
-    gbg_scene_size(job->session.scene, NULL, &n_forces);
-    if (n_forces > 0 && gbg_engine_force_error(job->session.engine, 0, &rms, &median) == GBG_OK) {
-        printf("force error    rms(dF)/rms(F) %.2g, rms(dF)/median|F| %.2g\n", rms, median);
-    } else {
-        printf("force error    none: no forces\n");
-    }
-}
-
 static void print_summary(const struct job *job)
 {
     int64_t n = 0, rounds = 0, left = 0;
@@ -219,7 +207,7 @@ static void print_summary(const struct job *job)
         printf("overlap rounds %.2f a step\n", (double)rounds / (double)steps);
     }
     printf("overlaps left  %lld\n", (long long)left);
-    print_force_error(job);
+    gbg_session_print_error(&job->session);
     if (job->out[0]) {
         printf("trajectory     %s\n", job->out);
     }

@@ -1,6 +1,8 @@
 /* Command: a scene file read, the options of the command line put over it, and its engine. */
 #include "command/session.h"
 
+#include <math.h>
+
 int gbg_session_open(const struct gbg_arguments *arguments, struct gbg_session *session)
 {
     *session = (struct gbg_session){0};
@@ -51,4 +53,21 @@ const char *gbg_session_text(const struct gbg_session *session, const char *opti
     text[0] = 0;
     gbg_scene_get_text(session->scene, option, sizeof text, text);
     return text;
+}
+
+void gbg_session_print_error(const struct gbg_session *session)
+{
+    int n_forces = 0;
+    double over_rms, over_median;
+    gbg_scene_size(session->scene, NULL, &n_forces);
+    if (n_forces == 0) {
+        printf("force error    none: no forces\n");
+    } else if (gbg_engine_force_error(session->engine, 0, &over_rms, &over_median) != GBG_OK) {
+        printf("force error    not measured: %s\n", gbg_message(session->context));
+    } else if (isfinite(over_median)) {
+        printf("force error    rms(dF)/rms(F) %.2g, rms(dF)/median|F| %.2g\n", over_rms,
+               over_median);
+    } else {
+        printf("force error    rms(dF)/rms(F) %.2g; most forces are zero\n", over_rms);
+    }
 }

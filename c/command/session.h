@@ -24,4 +24,7 @@ int64_t gbg_session_integer(const struct gbg_session *session, const char *optio
 /* Static storage, good until the next call; "" when there is none. */
 const char *gbg_session_text(const struct gbg_session *session, const char *option);
 
+/* One line: the measured error of the forces, as far as it can be stated. */
+void gbg_session_print_error(const struct gbg_session *session);
+
 #endif

@@ -223,14 +223,14 @@ static int check_frame(struct verifier *verifier, int64_t frame)
                                 (long long)frames->n);
         }
     }
-    return check_interval(verifier);
+    return verifier->largest > 0 ? check_interval(verifier) : GBG_EXIT_DONE;
 }
 
 static int prepare(struct verifier *verifier)
 {
     struct gbg_frames *frames = &verifier->frames;
     int points = 0;
-    for (int64_t i = 0; i < frames->n; i++) {
+    for (int64_t i = 0; i < frames->n && frames->is_hard; i++) {
         double diameter = frames->diameter[i];
         points = points || diameter == 0;
         verifier->largest = diameter > verifier->largest ? diameter : verifier->largest;
@@ -260,25 +260,20 @@ static void print_passed(const struct verdict *verdict)
         printf("; cannot be decided between %s of %s pairs of frames",
                gbg_count_text(verdict->undecided), gbg_count_text(verdict->intervals));
         if (verdict->undecided_steps > 1) {
-            printf(", which are up to %s steps apart (frames of every step decide it)",
+            printf(", up to %s steps apart (frames of every step decide it)",
                    gbg_count_text(verdict->undecided_steps));
         }
     }
     printf("\n");
 }
 
-static int print_verdict(const struct verifier *verifier, int64_t frames_seen)
+static void print_cores(const struct verifier *verifier)
 {
-    const struct gbg_frames *frames = &verifier->frames;
     const struct verdict *verdict = &verifier->verdict;
-    printf("%s: %s frames, %s particles, %d dimensions, coordinates stored as %s\n", frames->path,
-           gbg_count_text(frames_seen), gbg_count_text(frames->n), frames->dimension,
-           frames->is_double ? "double" : "float");
-    printf("tolerance      %.2g, a length, for %s coordinates\n", verdict->tolerance,
-           frames->is_double ? "double" : "float");
-    printf("bad frames     %lld (unreadable, or with a coordinate that is not finite)\n",
-           (long long)verdict->unreadable);
-    printf("outside box    %lld\n", (long long)verdict->outside);
+    if (verifier->largest == 0) {
+        printf("overlaps       none possible: the particles have no hard cores\n");
+        return;
+    }
     printf("overlaps       %lld\n", (long long)(verdict->overlaps + verdict->own_image));
     if (verdict->closest < reach_beyond) {
         printf("closest pair   %.13g of contact (frame %lld, particles %lld and %lld)\n",
@@ -288,8 +283,22 @@ static int print_verdict(const struct verifier *verifier, int64_t frames_seen)
         printf("closest pair   more than %g of contact\n", reach_beyond);
     }
     print_passed(verdict);
+}
+
+static int print_verdict(const struct verifier *verifier, int64_t frames_seen)
+{
+    const struct gbg_frames *frames = &verifier->frames;
+    const struct verdict *verdict = &verifier->verdict;
     int64_t bad = verdict->unreadable + verdict->outside + verdict->overlaps + verdict->own_image +
                   verdict->passed;
+    printf("%s: %s frame%s, %s particles, %d dimensions, coordinates stored as %s\n", frames->path,
+           gbg_count_text(frames_seen), frames_seen == 1 ? "" : "s", gbg_count_text(frames->n),
+           frames->dimension, frames->is_double ? "double" : "float");
+    printf("tolerance      %.2g of length, for this storage\n", verdict->tolerance);
+    printf("bad frames     %lld (unreadable, or with a coordinate that is not finite)\n",
+           (long long)verdict->unreadable);
+    printf("outside box    %lld\n", (long long)verdict->outside);
+    print_cores(verifier);
     if (bad > verifier->most) {
         printf("               (the first %lld of %lld violations are printed above)\n",
                (long long)verifier->most, (long long)bad);

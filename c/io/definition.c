@@ -143,10 +143,12 @@ static void describe_species(struct definition *make)
 static void describe_dynamics(struct definition *make)
 {
     static const char *const limit_name[] = {"none", "clamp", "redraw"};
+    static const char *const rule_name[] = {"none", "auto", "event", "bridge", "bounce", "contact"};
     const struct gbg_scene *scene = make->view->scene;
     char digest[65];
     gbg_scene_digest(scene, digest);
     put_text(make, "scene_digest", digest);
+    put_text(make, "excluded_volume", rule_name[scene->rule]);
     put_real(make, "seed", (double)scene->seed);
     put_real(make, "run", (double)scene->run);
     put_real(make, "dt", scene->dt);

@@ -13,6 +13,7 @@ struct gbg_reader {
     int64_t frames, particles;
     int dimension, n_species, is_double, has_images, has_overlap;
     int has_names;   /* of species, from the file */
+    int is_hard;     /* 0: the file says that there is no excluded volume */
     char digest[65]; /* of the scene that wrote it, "" in a foreign file */
     char name[GBG_MAX_SPECIES][GBG_NAME_CAPACITY];
 

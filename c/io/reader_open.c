@@ -324,6 +324,9 @@ static int read_species(struct opening *opening)
     reader->has_diameters =
         get_reals(opening, NC_GLOBAL, "species_diameter", reader->n_species, reader->diameter);
     get_text(opening, "scene_digest", reader->digest, sizeof reader->digest);
+    char rule[GBG_NAME_CAPACITY];
+    reader->is_hard =
+        !get_text(opening, "excluded_volume", rule, sizeof rule) || strcmp(rule, "none") != 0;
     return GBG_OK;
 }
 

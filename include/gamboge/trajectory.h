@@ -35,6 +35,9 @@ GBG_API int gbg_trajectory_size(const struct gbg_trajectory *trajectory, int64_t
                                 int64_t *particles, int *dimension, int *n_species);
 /* 1 if coordinates are stored in double precision, else 0. */
 GBG_API int gbg_trajectory_is_double(const struct gbg_trajectory *trajectory, int *is_double);
+/* 0 if the file says that its particles have no hard cores (no excluded volume: the diameters are
+ * only what is drawn), else 1. For a trajectory that was opened to be read. */
+GBG_API int gbg_trajectory_is_hard(const struct gbg_trajectory *trajectory, int *is_hard);
 /* Species counted from base (0 or 1), in the order of the file; diameters of the particles. */
 GBG_API int gbg_trajectory_species(const struct gbg_trajectory *trajectory, int64_t n,
                                    int32_t *species, int base);

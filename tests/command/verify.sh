@@ -9,7 +9,7 @@ craft good.nc double "10, 10, 10" "0, 1" "0.5, 0.5, 0.5, 0.5" \
 expect 0 "verdict        good" verify good.nc
 grep -q "closest pair   1 of contact" said || fault "touching discs are not at contact: $(cat said)"
 grep -q "passed through 0$" said || fault "neighbouring frames are not decided"
-expect 0 "1 frames" verify good.nc --first 1
+expect 0 "1 frame, 4 particles" verify good.nc --first 1
 
 # Overlaps by a millionth: within the box, and across its border with an origin.
 craft overlap.nc double "10, 10, 10" "0, 1" "0.5, 0.5, 0.5" \
@@ -50,7 +50,7 @@ expect 1 "passed through 1" verify swap.nc
 grep -q "frame 1: particles 0 and 1 passed through each other" said || fault "place: $(cat said)"
 craft apart.nc double "20, 20, 20" "0, 100" "0.5, 0.5" \
     "5, 5, 0, 6.2, 5, 0, 6.2, 5, 0, 5, 5, 0"
-expect 0 "cannot be decided between 1 of 1 pairs of frames, which are up to 100 steps" verify apart.nc
+expect 0 "cannot be decided between 1 of 1 pairs of frames, up to 100 steps" verify apart.nc
 # Two that move far, past each other at a distance, or together, have not.
 craft past.nc double "20, 20, 20" "4, 5" "0.5, 0.5" \
     "5, 5, 0, 6.2, 5, 0, 5, 5, 0, 5.6, 6.2, 0"
@@ -74,7 +74,12 @@ expect 1 "3 dimensions" verify deep.nc
 dims=3 craft deep.nc double "5, 5, 5" "0" "0.5, 0.5" "0.1, 0.1, 0.1, 4.4, 4.4, 4.4"
 expect 0 "overlaps       0" verify deep.nc
 craft points.nc double "5, 5, 5" "0" "0, 0" "1, 1, 0, 1, 1, 0"
-expect 0 "overlaps       0" verify points.nc
+expect 0 "no hard cores" verify points.nc
+
+extra=':excluded_volume = "none";' craft drawn.nc double "5, 5, 5" "0" "0.5, 0.5" "1, 1, 0, 1, 1, 0"
+expect 0 "no hard cores" verify drawn.nc
+extra=':excluded_volume = "bounce";' craft hard.nc double "5, 5, 5" "0" "0.5, 0.5" "1, 1, 0, 1, 1, 0"
+expect 1 "distance 0, contact 1" verify hard.nc
 
 expect 2 "there is no file" verify none.nc
 expect 2 "the frames of good.nc are 0 to 1" verify good.nc --first 2

@@ -349,6 +349,7 @@ static void bad_arguments_are_refused(void **state)
     refused(gbg_trajectory_species_name(t, 0, 1, name), GBG_E_SPACE, "needs 2");
     refused(gbg_trajectory_frame(t, 7, r, NULL, NULL, NULL), GBG_E_ARGUMENT, "frame is 7");
     refused(gbg_trajectory_is_double(t, NULL), GBG_E_ARGUMENT, "is_double is NULL");
+    refused(gbg_trajectory_is_hard(t, NULL), GBG_E_ARGUMENT, "is_hard is NULL");
     assert_int_equal(gbg_trajectory_size(NULL, NULL, NULL, NULL, NULL), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_positions(NULL, 0, 3, r, r, r, 1), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_open(NULL, path, &other), GBG_E_ARGUMENT);
