@@ -186,6 +186,29 @@ static void dense_clusters_keep_their_precision(void **state)
     }
 }
 
+/* Pairs so near to half a box that 32 bits of a position cannot tell on which side. */
+static void the_nearest_image_follows_from_all_bits(void **state)
+{
+    (void)state;
+    for (int dimension = 2; dimension <= 3; dimension++) {
+        make(&set, dimension, 600, SQUARE, 0.5);
+        for (int64_t i = 0; i < 300; i++) {
+            for (int a = 0; a < dimension; a++) {
+                double offset =
+                    a == i % dimension ? 0.5 + (double)(2 * i - 301) * 0x1p-44 : 0.01 * a;
+                set.position[a * 600 + i] = floor(set.position[a * 600 + i] * 0x1p20) * 0x1p-20;
+                set.position[a * 600 + 300 + i] = set.position[a * 600 + i] + 16.0 * offset;
+            }
+        }
+        for (set.power = 1.0; set.power < 3.0; set.power += 1.0) {
+            assert_true(evaluate("cpu", "double", &set));
+            assert_true(worst_error(&set) < 5e-15);
+            assert_true(evaluate("cpu", "mixed", &set));
+            assert_true(worst_error(&set) < 1e-6);
+        }
+    }
+}
+
 /* One source is 1e18 times as strong as the others: the force on it comes from the weak ones. */
 static void weak_sources_are_not_lost(void **state)
 {
@@ -375,6 +398,7 @@ int main(void)
         cmocka_unit_test(sums_are_those_of_a_plain_loop),
         cmocka_unit_test(other_instruction_sets_are_right_too),
         cmocka_unit_test(dense_clusters_keep_their_precision),
+        cmocka_unit_test(the_nearest_image_follows_from_all_bits),
         cmocka_unit_test(weak_sources_are_not_lost),
         cmocka_unit_test(cutoffs_leave_out_what_is_farther),
         cmocka_unit_test(bits_do_not_depend_on_threads_or_instructions),

@@ -107,9 +107,10 @@ int gbg_direct_pack(struct gbg_device *device, const struct gbg_state *state, do
     for (int a = 0; a < direct->dimension; a++) {
         longest = fmax(longest, state->box.length[a]);
     }
+    direct->quantum = scaled ? 0x1p-26 : 1.0;
     double unit = longest * (scaled ? 0x1p-6 : 0x1p-32);
     for (int a = 0; a < direct->dimension; a++) {
-        direct->scale[a] = state->box.length[a] / longest * (scaled ? 0x1p-26 : 1.0);
+        direct->scale[a] = state->box.length[a] / longest * direct->quantum;
     }
     direct->factor = largest / norm * pow(unit, -power);
     fill(state, largest, norm, device->threads, direct);

@@ -13,8 +13,8 @@ enum { GBG_DIRECT_LANES = 16 };
  */
 enum { GBG_DIRECT_TILE = 128 };
 
-/* High-word differences below this many quanta on all axes together (r^2 < NEAR^2) are too coarse
- * for 32-bit pairs (relative error above 2e-7): these pairs are summed in double precision. */
+/* Vectors shorter than this many quanta of the longest axis are too coarse in high words for 32-bit
+ * pairs (relative error above 2e-7): such pairs are summed in double precision. */
 #define GBG_DIRECT_NEAR 0x1p21
 
 /* r^-(power+1) for double precision. */
@@ -34,6 +34,7 @@ struct gbg_direct {
     float *single_alpha;
     double *field[3]; /* sums: alpha r / |r|^(power+1) */
     double scale[3];  /* of high words */
+    double quantum;   /* the largest scale */
     double factor;    /* field to sum in the user's units */
     struct gbg_power power;
 };

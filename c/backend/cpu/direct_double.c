@@ -13,14 +13,12 @@
 /* VD_LANES particles i.. against a tile: adds to their fields and to the rows. */
 ALWAYS void sweep(const struct gbg_direct *d, int64_t i, int64_t k, double *rows, int dimension)
 {
-    vl own[3];
     vd alpha = vd_load(d->alpha + i), sum[3];
     for (int a = 0; a < dimension; a++) {
-        own[a] = vl_load(d->position[a] + i);
         sum[a] = vd_set(0.0);
     }
     for (int64_t row = 0; row < TILE; row++) {
-        vd r[3], w = gbg_direct_weight(d, own, k + row, dimension, r);
+        vd r[3], w = gbg_direct_weight(d, i, k + row, -1, 0.0, dimension, r);
         vd on_i = vd_mul(w, vd_set(d->alpha[k + row])), on_k = vd_mul(w, alpha);
         for (int a = 0; a < dimension; a++) {
             double *lane = rows + (row * dimension + a) * LANES;

@@ -7,9 +7,9 @@
  *
  * A difference is that of the high words, wrapped as an integer: the nearest image. 1/r^n comes
  * from the usual integer seed y (y^2 r^2 = 1 - e, |e| < 0.07) and a minimax polynomial of our own:
- * r^-3 = y^3 P(e) with relative error 2.8e-7 at most, r^-7 = y^7 Q(e) with 2.1e-7; other powers
- * are exponentials of logarithms, 5e-7. Pairs below GBG_DIRECT_NEAR are left out of these and
- * summed in double from all 64 bits. */
+ * r^-2 = y^2 P(e) with relative error 8e-9 at most, r^-3 with 2.8e-7, r^-7 with 2.1e-7; other
+ * powers are exponentials of logarithms, 6e-7. Pairs below GBG_DIRECT_NEAR get the weight of that
+ * distance and, in double precision from all 64 bits, what is missing. */
 #include <math.h>
 
 #include "backend/cpu/cpu.h"
@@ -18,13 +18,14 @@
 #include "backend/cpu/simd.h"
 #include "backend/cpu/variant.h"
 
-enum { LAW_GENERAL = 0, LAW_2 = 2, LAW_6 = 6 };
+enum { LAW_GENERAL = 0, LAW_1 = 1, LAW_2 = 2, LAW_6 = 6 };
 
 #define LANES GBG_DIRECT_LANES
 #define TILE GBG_DIRECT_TILE
-#define VECTORS 2 /* of particles i at a time */
+#define VECTORS 4 /* of particles i at a time */
 #define GROUP (VECTORS * VF_LANES)
 #define CHUNK (GROUP > LANES ? GROUP : LANES)
+#define HIGH_WORD (-(INT64_C(1) << 32))
 #define ALWAYS static inline __attribute__((always_inline))
 
 struct constants {
@@ -40,6 +41,15 @@ ALWAYS vf horner(vf x, const float *coefficient, int degree)
         p = vf_fma(p, x, vf_set(coefficient[k]));
     }
     return p;
+}
+
+ALWAYS vf weight_1(vf squared)
+{
+    static const float c[] = {0x1p0f,        0x1p0f,        0x1.fffe64p-1f,
+                              0x1.000094p0f, 0x1.01cc28p0f, 0x1.00a376p0f};
+    vf y = vf_of_bits(vi_sub(vi_set(0x5f3759df), vi_shr(vi_of_bits(squared), 1)));
+    vf t = vf_mul(y, y), e = vf_fnma(t, squared, vf_set(1.0f));
+    return vf_mul(t, horner(e, c, 5));
 }
 
 ALWAYS vf weight_2(vf squared)
@@ -83,18 +93,21 @@ ALWAYS vf weight_general(vf squared, const struct constants *c)
 
 ALWAYS vf weight(vf squared, const struct constants *c, int law)
 {
-    return law == LAW_2   ? weight_2(squared)
+    return law == LAW_1   ? weight_1(squared)
+           : law == LAW_2 ? weight_2(squared)
            : law == LAW_6 ? weight_6(squared)
                           : weight_general(squared, c);
 }
 
-/* Vectors from k and their squared lengths, in units. */
+/* Vectors from k and their squared lengths, in units; `lowest` becomes the lowest integer met. */
 ALWAYS vf differences(const struct gbg_direct *d, const struct constants *c, const vi own[3],
-                      int64_t k, int dimension, int scaled, vf r[3])
+                      int64_t k, int dimension, int scaled, vf r[3], vi *lowest)
 {
     vf squared = vf_set(0.0f);
     for (int a = 0; a < dimension; a++) {
-        r[a] = vf_from_vi(vi_sub(own[a], vi_set(d->high[a][k])));
+        vi difference = vi_sub(own[a], vi_set(d->high[a][k]));
+        *lowest = vi_min(*lowest, difference);
+        r[a] = vf_from_vi(difference);
         r[a] = scaled ? vf_mul(r[a], vf_set(c->scale[a])) : r[a];
         squared = a == 0 ? vf_mul(r[a], r[a]) : vf_fma(r[a], r[a], squared);
     }
@@ -107,8 +120,15 @@ ALWAYS void add_to_field(double *field, vf sum)
     vd_store(field + VD_LANES, vd_add(vd_load(field + VD_LANES), vd_high(sum)));
 }
 
+/* Lanes that need 64 bits: near pairs, and those whose nearest image the high words cannot tell
+ * because they lie half a box apart. */
+ALWAYS vm doubtful(vi least, vi near, vi lowest)
+{
+    return vm_or(vi_lt(least, near), vi_eq(lowest, vi_set(INT32_MIN)));
+}
+
 /* One group of particles i.. against the tile of particles k..: adds to the fields of the group and
- * to the rows (minus the force on k, per lane). Returns 1 when there were near pairs. */
+ * to the rows (minus the force on k, per lane). Returns 1 when there were doubtful pairs. */
 ALWAYS int sweep(const struct gbg_direct *d, const struct constants *c, int64_t i, int64_t k,
                  float *rows, int dimension, int law, int scaled)
 {
@@ -121,15 +141,15 @@ ALWAYS int sweep(const struct gbg_direct *d, const struct constants *c, int64_t 
             sum[v][a] = vf_set(0.0f);
         }
     }
-    const vf near = vf_set(c->near);
-    vm all_far = vf_le(near, near);
+    const vi near = vi_of_bits(vf_set(c->near));
+    vi least = near, lowest = vi_set(0);
     for (int64_t row = 0; row < TILE; row++) {
         const vf strength = vf_set(d->single_alpha[k + row]);
         for (int v = 0; v < VECTORS; v++) {
-            vf r[3], squared = differences(d, c, own[v], k + row, dimension, scaled, r);
-            vm far = vf_le(near, squared);
-            all_far = vm_and(all_far, far);
-            vf w = vf_keep(far, weight(squared, c, law));
+            vf r[3], squared = differences(d, c, own[v], k + row, dimension, scaled, r, &lowest);
+            /* Floats that are not negative are in the order of their bits. */
+            least = vi_min(least, vi_of_bits(squared));
+            vf w = weight(vf_of_bits(vi_max(vi_of_bits(squared), near)), c, law);
             vf on_i = vf_mul(w, strength), on_k = vf_mul(w, alpha[v]);
             for (int a = 0; a < dimension; a++) {
                 float *lane = rows + (row * dimension + a) * LANES + v * VF_LANES % LANES;
@@ -143,25 +163,25 @@ ALWAYS int sweep(const struct gbg_direct *d, const struct constants *c, int64_t 
             add_to_field(d->field[a] + i + v * VF_LANES, sum[v][a]);
         }
     }
-    return vm_any(vm_not(all_far));
+    return vm_any(doubtful(least, near, lowest));
 }
 
-/* Near pairs of LANES particles i.. with one k, in double; both == 0: the force on i only. */
-static void near_pairs(const struct gbg_direct *d, int64_t i, int64_t k, uint32_t bits, int both)
+/* Doubtful pairs of LANES particles i.. with one k, in double precision: their force less what the
+ * 32-bit sum has for them. both == 0: the force on i only. */
+static void mend_pairs(const struct gbg_direct *d, int64_t i, int64_t k, uint32_t bits, int both)
 {
     double lane[3][LANES];
+    const double near = GBG_DIRECT_NEAR * d->quantum;
     for (int64_t j = 0; j < LANES; j += VD_LANES) {
-        vl own[3];
-        vd r[3];
+        vdm these = vdm_from_bits(bits >> j);
+        vd r[3], high_r[3];
+        vd w = gbg_direct_weight(d, i + j, k, -1, 0.0, d->dimension, r);
+        vd high_w = gbg_direct_weight(d, i + j, k, HIGH_WORD, near * near, d->dimension, high_r);
         for (int a = 0; a < d->dimension; a++) {
-            own[a] = vl_load(d->position[a] + i + j);
-        }
-        vd w = vd_keep(vdm_from_bits(bits >> j), gbg_direct_weight(d, own, k, d->dimension, r));
-        vd on_i = vd_mul(w, vd_set(d->alpha[k])), on_k = vd_mul(w, vd_load(d->alpha + i + j));
-        for (int a = 0; a < d->dimension; a++) {
+            vd missing = vd_keep(these, vd_fnma(high_w, high_r[a], vd_mul(w, r[a])));
             double *field = d->field[a] + i + j;
-            vd_store(field, vd_fma(on_i, r[a], vd_load(field)));
-            vd_store(lane[a] + j, vd_mul(on_k, r[a]));
+            vd_store(field, vd_fma(vd_set(d->alpha[k]), missing, vd_load(field)));
+            vd_store(lane[a] + j, vd_mul(vd_load(d->alpha + i + j), missing));
         }
     }
     for (int a = 0; both && a < d->dimension; a++) {
@@ -169,37 +189,37 @@ static void near_pairs(const struct gbg_direct *d, int64_t i, int64_t k, uint32_
     }
 }
 
-/* The near pairs of LANES particles with a tile. */
-ALWAYS void sweep_near(const struct gbg_direct *d, const struct constants *c, int64_t i, int64_t k,
-                       int both, int dimension, int scaled)
+/* The doubtful pairs of LANES particles with a tile. */
+ALWAYS void mend(const struct gbg_direct *d, const struct constants *c, int64_t i, int64_t k,
+                 int both, int dimension, int scaled)
 {
+    const vi near = vi_of_bits(vf_set(c->near));
     for (int64_t row = 0; row < TILE; row++) {
         uint32_t bits = 0;
         for (int l = 0; l < LANES; l += VF_LANES) {
-            vi own[3];
+            vi own[3], lowest = vi_set(0);
             vf r[3];
             for (int a = 0; a < dimension; a++) {
                 own[a] = vi_load(d->high[a] + i + l);
             }
-            vf squared = differences(d, c, own, k + row, dimension, scaled, r);
-            bits |= vm_bits(vf_lt(squared, vf_set(c->near))) << l;
+            vf squared = differences(d, c, own, k + row, dimension, scaled, r, &lowest);
+            bits |= vm_bits(doubtful(vi_of_bits(squared), near, lowest)) << l;
         }
         if (bits) {
-            near_pairs(d, i, k + row, bits, both);
+            mend_pairs(d, i, k + row, bits, both);
         }
     }
 }
 
-/* Minus the sums of the rows go to the fields of the tile. */
+/* Minus the sums of the rows, in a fixed tree, go to the fields of the tile. */
 static void fold_rows(const struct gbg_direct *d, int64_t k, const float *rows)
 {
     for (int64_t row = 0; row < TILE; row++) {
         for (int a = 0; a < d->dimension; a++) {
-            double lane[LANES];
-            for (int l = 0; l < LANES; l++) {
-                lane[l] = rows[(row * d->dimension + a) * LANES + l];
-            }
-            d->field[a][k + row] -= gbg_direct_sum_lanes(lane);
+            const float *l = rows + (row * d->dimension + a) * LANES;
+            float even = ((l[0] + l[8]) + (l[4] + l[12])) + ((l[2] + l[10]) + (l[6] + l[14]));
+            float odd = ((l[1] + l[9]) + (l[5] + l[13])) + ((l[3] + l[11]) + (l[7] + l[15]));
+            d->field[a][k + row] -= (double)(even + odd);
         }
     }
 }
@@ -216,12 +236,12 @@ ALWAYS void meet(const struct gbg_direct *d, const struct constants *c, int64_t 
             rows[n] = 0.0f;
         }
         for (int64_t chunk = begin; chunk < end; chunk += CHUNK) {
-            int near = 0;
+            int doubts = 0;
             for (int64_t i = chunk; i < chunk + CHUNK; i += GROUP) {
-                near |= sweep(d, c, i, k, rows + (i - chunk), dimension, law, scaled);
+                doubts |= sweep(d, c, i, k, rows + (i - chunk), dimension, law, scaled);
             }
-            for (int64_t i = chunk; near && i < chunk + CHUNK; i += LANES) {
-                sweep_near(d, c, i, k, both, dimension, scaled);
+            for (int64_t i = chunk; doubts && i < chunk + CHUNK; i += LANES) {
+                mend(d, c, i, k, both, dimension, scaled);
             }
         }
         if (both) {
@@ -241,6 +261,8 @@ DEFINE_MEET(meet_2d_2_square, 2, LAW_2, 0)
 DEFINE_MEET(meet_3d_2_square, 3, LAW_2, 0)
 DEFINE_MEET(meet_2d_2, 2, LAW_2, 1)
 DEFINE_MEET(meet_3d_2, 3, LAW_2, 1)
+DEFINE_MEET(meet_2d_1, 2, LAW_1, 1)
+DEFINE_MEET(meet_3d_1, 3, LAW_1, 1)
 DEFINE_MEET(meet_2d_6, 2, LAW_6, 1)
 DEFINE_MEET(meet_3d_6, 3, LAW_6, 1)
 DEFINE_MEET(meet_2d, 2, LAW_GENERAL, 1)
@@ -251,11 +273,12 @@ typedef void (*meet_function)(const struct gbg_direct *, const struct constants 
 
 static meet_function choose(int dimension, double power, int scaled)
 {
-    static const meet_function all[4][2] = {{meet_2d_2_square, meet_3d_2_square},
+    static const meet_function all[5][2] = {{meet_2d_2_square, meet_3d_2_square},
                                             {meet_2d_2, meet_3d_2},
+                                            {meet_2d_1, meet_3d_1},
                                             {meet_2d_6, meet_3d_6},
                                             {meet_2d, meet_3d}};
-    int law = power == 2.0 ? scaled : power == 6.0 ? 2 : 3;
+    int law = power == 2.0 ? scaled : power == 1.0 ? 2 : power == 6.0 ? 3 : 4;
     return all[law][dimension - 2];
 }
 
@@ -268,9 +291,9 @@ static int equal_lengths(const struct gbg_box *box)
     return equal;
 }
 
-static struct constants make_constants(const struct gbg_direct *d, int scaled)
+static struct constants make_constants(const struct gbg_direct *d)
 {
-    double near = GBG_DIRECT_NEAR * (scaled ? 0x1p-26 : 1.0), q = 0.5 * (d->power.power + 1.0);
+    double near = GBG_DIRECT_NEAR * d->quantum, q = 0.5 * (d->power.power + 1.0);
     struct constants c = {.near = (float)(near * near)};
     for (int a = 0; a < d->dimension; a++) {
         c.scale[a] = (float)d->scale[a];
@@ -280,7 +303,8 @@ static struct constants make_constants(const struct gbg_direct *d, int scaled)
     return c;
 }
 
-/* Beyond power 6 the relative errors of 32-bit pairs exceed 1e-6; few particles are not worth it. */
+/* Beyond power 6 the relative errors of 32-bit pairs exceed 1e-6; few particles are not worth it.
+ */
 enum { FEWEST = 256 };
 static const double LARGEST_POWER = 6.0;
 
@@ -296,7 +320,7 @@ int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_sta
     if (status != GBG_OK) {
         return status;
     }
-    const struct constants c = make_constants(&d, scaled);
+    const struct constants c = make_constants(&d);
     const meet_function meet_blocks = choose(d.dimension, power, scaled);
 #pragma omp parallel num_threads(device->threads)
     for (int64_t phase = 0; phase < d.blocks; phase++) {

@@ -28,18 +28,21 @@ static inline vd gbg_power_lanes(const struct gbg_power *power, vd squared)
     return result;
 }
 
-/* Vectors r from particle k to those at `own`, and |r|^-(power+1): 0 where they coincide. */
-static inline vd gbg_direct_weight(const struct gbg_direct *d, const vl own[3], int64_t k,
-                                   int dimension, vd r[3])
+/* Vectors r from particle k to particles i.., of positions cut to the bits of `mask`, and
+ * |r|^-(power+1): 0 where they coincide, that of `least` (squared) where they are nearer. */
+static inline vd gbg_direct_weight(const struct gbg_direct *d, int64_t i, int64_t k, int64_t mask,
+                                   double least, int dimension, vd r[3])
 {
     vd squared = vd_set(0.0);
     for (int a = 0; a < dimension; a++) {
-        vl difference = vl_sub(own[a], vl_set((int64_t)d->position[a][k]));
+        vl own = vl_and(vl_load(d->position[a] + i), vl_set(mask));
+        vl difference = vl_sub(own, vl_set((int64_t)d->position[a][k] & mask));
         r[a] = vd_mul(vd_from_vl(difference), vd_set(d->scale[a] * 0x1p-32));
         squared = vd_fma(r[a], r[a], squared);
     }
     vdm apart = vd_lt(vd_set(0.0), squared);
-    return vd_keep(apart, gbg_power_lanes(&d->power, vd_select(apart, squared, vd_set(1.0))));
+    squared = vd_max(vd_select(apart, squared, vd_set(1.0)), vd_set(least));
+    return vd_keep(apart, gbg_power_lanes(&d->power, squared));
 }
 
 #endif

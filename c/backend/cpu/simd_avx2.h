@@ -117,6 +117,14 @@ static inline vi vi_sub(vi a, vi b)
 {
     return _mm256_sub_epi32(a, b);
 }
+static inline vi vi_max(vi a, vi b)
+{
+    return _mm256_max_epi32(a, b);
+}
+static inline vi vi_min(vi a, vi b)
+{
+    return _mm256_min_epi32(a, b);
+}
 static inline vi vi_and(vi a, vi b)
 {
     return _mm256_and_si256(a, b);
@@ -267,6 +275,10 @@ static inline vl vl_load(const void *p)
 static inline vl vl_sub(vl a, vl b)
 {
     return _mm256_sub_epi64(a, b);
+}
+static inline vl vl_and(vl a, vl b)
+{
+    return _mm256_and_si256(a, b);
 }
 #define vl_shr(a, count) _mm256_srli_epi64(a, count)
 static inline vl vl_of_bits(vd a)

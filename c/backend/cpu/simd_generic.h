@@ -157,6 +157,14 @@ static inline vi vi_select(vm m, vi a, vi b)
 {
     return (m & a) | (~m & b);
 }
+static inline vi vi_max(vi a, vi b)
+{
+    return vi_select(a > b, a, b);
+}
+static inline vi vi_min(vi a, vi b)
+{
+    return vi_select(a < b, a, b);
+}
 static inline vi vi_gather(const void *base, vi index)
 {
     const int32_t *p = base;
@@ -291,6 +299,10 @@ static inline vl vl_load(const void *p)
 static inline vl vl_sub(vl a, vl b)
 {
     return (vl)((gbg_vul)a - (gbg_vul)b);
+}
+static inline vl vl_and(vl a, vl b)
+{
+    return a & b;
 }
 #define vl_shr(a, count) ((vl)((gbg_vul)(a) >> (count)))
 static inline vl vl_of_bits(vd a)
