@@ -21,12 +21,16 @@ struct gbg_trajectory;
  * their ids. */
 GBG_API int gbg_trajectory_create(struct gbg_engine *engine, const char *path,
                                   struct gbg_trajectory **trajectory);
-/* Goes on with a trajectory after a restart: frames later than the engine's step are cut off. */
+/* Goes on with a trajectory after a restart: frames later than the engine's step are cut off. A file
+ * of another scene, of other particles or with other variables is refused. */
 GBG_API int gbg_trajectory_continue(struct gbg_engine *engine, const char *path,
                                     struct gbg_trajectory **trajectory);
+/* Adds the engine's present state; refused when the file has a later step already. After a failure
+ * (a full disc) the file holds the frames it had, and another append may follow. */
 GBG_API int gbg_trajectory_append(struct gbg_trajectory *trajectory, struct gbg_engine *engine);
 
-/* Opens a trajectory to read: ours, or any AMBER netCDF. */
+/* Opens a trajectory to read: ours, or any AMBER netCDF with a periodic rectangular box. What that
+ * lacks is taken as: one species, diameter 1, time and step the number of the frame, origin 0. */
 GBG_API int gbg_trajectory_open(struct gbg_context *context, const char *path,
                                 struct gbg_trajectory **trajectory);
 GBG_API int gbg_trajectory_destroy(struct gbg_trajectory **trajectory);

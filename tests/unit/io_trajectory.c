@@ -254,10 +254,53 @@ static void frames_come_back(void **state)
     round_trip(&(struct made){2, 8193, "float", 1, 1, 1, 0});
 }
 
+/* A start from a file of ours: species by their names, permanent ids, the box of the file. */
+static void our_file_is_a_start(void **state)
+{
+    (void)state;
+    static const struct made made = {3, 11, "double", 1, 0, 1, 0};
+    static const char *const names[2] = {"small one", "big"}; /* not in the order of the file */
+    struct gbg_context *context;
+    struct gbg_engine *engine, *again;
+    struct gbg_scene *scene;
+    const char *path = made_path("t.nc");
+    made_good(NULL, gbg_context_create("cpu:threads=1", &context));
+    engine = made_engine(context, &made);
+    write_three(engine, path);
+    made_good(context, gbg_scene_create(context, 3, &scene));
+    for (int s = 0; s < 2; s++) {
+        made_good(context, gbg_scene_add_species(scene, names[s], 0.1, 1, 1, -1, -1, NULL));
+    }
+    made_good(context, gbg_scene_set_text(scene, "particles.start.file", path));
+    made_good(context, gbg_scene_set_integer(scene, "particles.start.frame", 1));
+    made_good(context, gbg_scene_set_real(scene, "dynamics.dt", 0.01));
+    made_good(context, gbg_engine_create(scene, &again));
+    int32_t species[11];
+    int64_t ids[11];
+    double x[11], y[11], z[11], length[3], origin[3];
+    made_good(context, gbg_engine_species(again, 11, species, 0));
+    made_good(context, gbg_engine_ids(again, 11, ids));
+    made_good(context, gbg_engine_positions(again, 1, 11, x, y, z, 1));
+    made_good(context, gbg_engine_box(again, length, origin));
+    for (int64_t i = 0; i < 11; i++) {
+        assert_int_equal(species[i], i % 3 == 1 ? 0 : 1);
+        assert_int_equal(ids[i], made_id(&made, i));
+        assert_true(fabs(x[i] - made_coordinate(steps[1], i, 0)) <= 3e-13);
+        assert_true(fabs(z[i] - made_coordinate(steps[1], i, 2)) <= 3e-13);
+    }
+    assert_true(length[2] == made_length[2] && origin[2] == made_origin[2]);
+    gbg_engine_destroy(&again);
+    gbg_engine_destroy(&engine);
+    gbg_scene_destroy(&scene);
+    gbg_context_destroy(&context);
+    unlink(path);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_come_back),
+        cmocka_unit_test(our_file_is_a_start),
     };
     return cmocka_run_group_tests(tests, made_start, made_stop);
 }
