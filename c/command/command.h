@@ -97,6 +97,7 @@ int gbg_command_check(const struct gbg_arguments *arguments);
 int gbg_command_run(const struct gbg_arguments *arguments);
 int gbg_command_verify(const struct gbg_arguments *arguments);
 int gbg_command_forces(const struct gbg_arguments *arguments);
+int gbg_command_sk(const struct gbg_arguments *arguments);
 int gbg_command_render(const struct gbg_arguments *arguments);
 int gbg_command_plot(const struct gbg_arguments *arguments);
 int gbg_command_bench(const struct gbg_arguments *arguments);

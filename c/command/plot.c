@@ -70,7 +70,7 @@ static void put_canvas(FILE *script, const struct gbg_plot_data *data, const cha
     put_quoted(script, partial);
     fprintf(script,
             "\nset border 3 lc rgb '#555555'\nset tics nomirror out\n"
-            "set errorbars small\nset pointintervalbox 0\nset grid lc rgb '#e4e4e4' lt 1\nset key "
+            "set grid lc rgb '#e4e4e4' lt 1\nset key "
             "top right opaque noenhanced\n"
             "set xlabel 'k {/Symbol s}'\nset ylabel 'S(k)'\nset xrange [0:%.9g]\n",
             data->k[data->shells - 1]);
@@ -101,7 +101,8 @@ static void put_title(FILE *script, const char *path, const struct gbg_plot_data
     }
 }
 
-/* Index 0 is the whole, in black and thicker; the partials follow in the colours of the palette. */
+/* Index 0 is the whole, in black and thicker; the partials follow in the colours of the palette,
+ * every third dashed, because partials of like species often lie on each other. */
 static void put_curve(FILE *script, int index, const char *label)
 {
     double colour[3] = {0.13, 0.13, 0.13};
@@ -109,12 +110,13 @@ static void put_curve(FILE *script, int index, const char *label)
     if (index > 0) {
         gbg_palette(index - 1, colour);
     }
-    snprintf(line, sizeof line, "lw %g lc rgb '#%02x%02x%02x'", index ? 1.5 : 2.0,
-             (int)lround(255 * colour[0]), (int)lround(255 * colour[1]),
-             (int)lround(255 * colour[2]));
-    fprintf(script, "%s$c%d with yerrorbars pt 7 ps %g %s notitle, $c%d with lines %s title ",
-            index ? ", " : "plot 1 with lines lc rgb '#bbbbbb' dt 2 notitle, ", index,
-            index ? 0.3 : 0.4, line, index, line);
+    snprintf(line, sizeof line, "lc rgb '#%02x%02x%02x'", (int)lround(255 * colour[0]),
+             (int)lround(255 * colour[1]), (int)lround(255 * colour[2]));
+    fprintf(script,
+            "%s$c%d using 1:($2-$3):(0):(2*$3) with vectors nohead lw 1.2 %s notitle, "
+            "$c%d with lines lw %g dt %d %s title ",
+            index ? ", " : "plot 1 with lines lc rgb '#bbbbbb' notitle, ", index, line, index,
+            index ? 1.8 : 2.2, index > 0 && index % 3 == 0 ? 2 : 1, line);
     put_quoted(script, label);
 }
 

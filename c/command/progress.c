@@ -24,6 +24,7 @@ void gbg_progress_start(struct gbg_progress *progress, const char *unit, int64_t
                                       .quiet = quiet,
                                       .terminal = isatty(STDERR_FILENO),
                                       .started = gbg_clock()};
+    progress->shown = progress->started;
 }
 
 static void draw_bar(const struct gbg_progress *progress, int64_t now, double part, double left)
@@ -50,7 +51,9 @@ void gbg_progress_show(struct gbg_progress *progress, int64_t now)
     if (progress->terminal && clock - progress->shown > 0.1) {
         progress->shown = clock;
         draw_bar(progress, now, part, left);
-    } else if (!progress->terminal && (int)(10 * part) > progress->tenths) {
+    } else if (!progress->terminal && (int)(10 * part) > progress->tenths &&
+               clock - progress->shown > 1) {
+        progress->shown = clock;
         progress->tenths = (int)(10 * part);
         printf("%s %lld of %lld, %.0f %%, %s left\n", progress->unit, (long long)now,
                (long long)progress->last, 100 * part, gbg_duration_text(left));
@@ -60,7 +63,7 @@ void gbg_progress_show(struct gbg_progress *progress, int64_t now)
 
 void gbg_progress_end(struct gbg_progress *progress)
 {
-    if (!progress->quiet && progress->terminal && progress->shown > 0) {
+    if (!progress->quiet && progress->terminal && progress->shown > progress->started) {
         fprintf(stderr, "\r%*s\r", BAR_CELLS + 60, "");
         fflush(stderr);
     }
