@@ -12,8 +12,7 @@ target_compile_options(gamboge_flags INTERFACE
 target_compile_definitions(gamboge_flags INTERFACE _POSIX_C_SOURCE=200809L)
 target_link_libraries(gamboge_flags INTERFACE m)
 if(GBG_SANITIZE)
-  target_compile_options(gamboge_flags INTERFACE
-    -fsanitize=${GBG_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_compile_options(gamboge_flags INTERFACE -fsanitize=${GBG_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(gamboge_flags INTERFACE -fsanitize=${GBG_SANITIZE})
 endif()
 if(GBG_COVERAGE)
