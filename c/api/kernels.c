@@ -9,7 +9,7 @@
 #include "core/memory.h"
 #include "core/view.h"
 
-enum { IDS_AT_A_TIME = 1 << 14 };
+enum { IDS_AT_A_TIME = 1 << 12 };
 
 static const int64_t MOST_IDS = INT64_C(1) << 56;
 static const double MOST_POWER = 24.0;

@@ -22,19 +22,33 @@
 
 enum { GBG_NOISE_NONE, GBG_NOISE_CLAMP, GBG_NOISE_REDRAW, GBG_NOISE_REDRAWS = 15 };
 
+/* One round of Philox on the even lanes; odd lanes hold anything. */
+static inline void gbg_philox_round(vi c[4], vi key0, vi key1)
+{
+    vi p = vi_mul_even(c[0], vi_set((int32_t)0xD2511F53u));
+    vi q = vi_mul_even(c[2], vi_set((int32_t)0xCD9E8D57u));
+    c[0] = vi_xor(vi_xor(vi_odd_to_even(q), c[1]), key0);
+    c[1] = q;
+    c[2] = vi_xor(vi_xor(vi_odd_to_even(p), c[3]), key1);
+    c[3] = p;
+}
+
 /* Counter words in, random words out. */
 static inline void gbg_philox_lanes(vi c[4], uint32_t key0, uint32_t key1)
 {
-    const vi m0 = vi_set((int32_t)0xD2511F53u), m1 = vi_set((int32_t)0xCD9E8D57u);
+    vi odd[4];
+    for (int w = 0; w < 4; w++) {
+        odd[w] = vi_odd_to_even(c[w]);
+    }
     for (int round = 0; round < 10; round++) {
-        vi high0, high1;
-        vi low0 = vi_mul_wide(c[0], m0, &high0), low1 = vi_mul_wide(c[2], m1, &high1);
-        c[0] = vi_xor(vi_xor(high1, c[1]), vi_set((int32_t)key0));
-        c[1] = low1;
-        c[2] = vi_xor(vi_xor(high0, c[3]), vi_set((int32_t)key1));
-        c[3] = low0;
+        vi k0 = vi_set((int32_t)key0), k1 = vi_set((int32_t)key1);
+        gbg_philox_round(c, k0, k1);
+        gbg_philox_round(odd, k0, k1);
         key0 += 0x9E3779B9u;
         key1 += 0xBB67AE85u;
+    }
+    for (int w = 0; w < 4; w++) {
+        c[w] = vi_weave(c[w], odd[w]);
     }
 }
 
@@ -160,13 +174,12 @@ static inline void gbg_noise_lanes(const struct gbg_noise *noise, uint64_t step,
 /* Low and high words of the ids first .. first + VF_LANES - 1. */
 static inline void gbg_noise_ids(uint64_t first, vi *id_low, vi *id_high)
 {
-    uint32_t low[VF_LANES], high[VF_LANES];
-    for (uint32_t k = 0; k < VF_LANES; k++) {
-        low[k] = (uint32_t)(first + k);
-        high[k] = (uint32_t)((first + k) >> 32);
-    }
-    *id_low = vi_load(low);
-    *id_high = vi_load(high);
+    static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const vi sign = vi_set(INT32_MIN), start = vi_set((int32_t)(uint32_t)first);
+    *id_low = vi_add(start, vi_load(lane));
+    vm carry = vi_lt(vi_xor(*id_low, sign), vi_xor(start, sign));
+    vi high = vi_set((int32_t)(first >> 32));
+    *id_high = vi_select(carry, vi_add(high, vi_set(1)), high);
 }
 
 #endif

@@ -12,15 +12,16 @@ int GBG_ISA_NAME(gbg_cpu_normals)(struct gbg_device *device, const struct gbg_no
     for (int64_t start = 0; start < n; start += VF_LANES) {
         vi id_low, id_high;
         vf xi[3];
-        float lanes[3][VF_LANES];
+        double lanes[3][VF_LANES];
         gbg_noise_ids(first + (uint64_t)start, &id_low, &id_high);
         gbg_noise_lanes(noise, step, id_low, id_high, dimension, xi);
         for (int a = 0; a < dimension; a++) {
-            vf_store(lanes[a], xi[a]);
+            vd_store(lanes[a], vd_mul(vd_set(scale), vd_low(xi[a])));
+            vd_store(lanes[a] + VD_LANES, vd_mul(vd_set(scale), vd_high(xi[a])));
         }
         for (int k = 0; k < VF_LANES && start + k < n; k++) {
             for (int a = 0; a < dimension; a++) {
-                values[(start + k) * dimension + a] = scale * lanes[a][k];
+                values[(start + k) * dimension + a] = lanes[a][k];
             }
         }
     }

@@ -176,13 +176,18 @@ static inline vf vf_of_bits(vi a)
 {
     return _mm256_castsi256_ps(a);
 }
-/* Unsigned products of 32-bit lanes: *high and the returned low words. */
-static inline vi vi_mul_wide(vi a, vi b, vi *high)
+static inline vi vi_mul_even(vi a, vi b)
 {
-    __m256i even = _mm256_mul_epu32(a, b);
-    __m256i odd = _mm256_mul_epu32(_mm256_srli_epi64(a, 32), _mm256_srli_epi64(b, 32));
-    *high = _mm256_blend_epi32(_mm256_srli_epi64(even, 32), odd, 0xAA);
-    return _mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xAA);
+    return _mm256_mul_epu32(a, b);
+}
+static inline vi vi_odd_to_even(vi a)
+{
+    return _mm256_srli_epi64(a, 32);
+}
+static inline vi vi_weave(vi even, vi odd)
+{
+    odd = _mm256_slli_epi64(odd, 32);
+    return _mm256_blend_epi32(even, odd, 0xAA);
 }
 
 static inline vd vd_set(double a)

@@ -176,13 +176,18 @@ static inline vf vf_of_bits(vi a)
 {
     return _mm512_castsi512_ps(a);
 }
-/* Unsigned products of 32-bit lanes: *high and the returned low words. */
-static inline vi vi_mul_wide(vi a, vi b, vi *high)
+static inline vi vi_mul_even(vi a, vi b)
 {
-    __m512i even = _mm512_mul_epu32(a, b);
-    __m512i odd = _mm512_mul_epu32(_mm512_srli_epi64(a, 32), _mm512_srli_epi64(b, 32));
-    *high = _mm512_mask_blend_epi32(0xAAAA, _mm512_srli_epi64(even, 32), odd);
-    return _mm512_mask_blend_epi32(0xAAAA, even, _mm512_slli_epi64(odd, 32));
+    return _mm512_mul_epu32(a, b);
+}
+static inline vi vi_odd_to_even(vi a)
+{
+    return _mm512_srli_epi64(a, 32);
+}
+static inline vi vi_weave(vi even, vi odd)
+{
+    odd = _mm512_slli_epi64(odd, 32);
+    return _mm512_mask_blend_epi32(0xAAAA, even, odd);
 }
 
 static inline vd vd_set(double a)

@@ -191,16 +191,19 @@ static inline vf vf_of_bits(vi a)
 {
     return (vf)a;
 }
-/* Unsigned products of 32-bit lanes: *high and the returned low words. */
-static inline vi vi_mul_wide(vi a, vi b, vi *high)
+static inline vi vi_mul_even(vi a, vi b)
 {
-    vi low;
-    for (int k = 0; k < VF_LANES; k++) {
-        uint64_t product = (uint64_t)(uint32_t)a[k] * (uint32_t)b[k];
-        (*high)[k] = (int32_t)(product >> 32);
-        low[k] = (int32_t)product;
-    }
-    return low;
+    const gbg_vul low = {UINT32_MAX, UINT32_MAX};
+    return (vi)(((gbg_vul)a & low) * ((gbg_vul)b & low));
+}
+static inline vi vi_odd_to_even(vi a)
+{
+    return (vi)((gbg_vul)a >> 32);
+}
+static inline vi vi_weave(vi even, vi odd)
+{
+    const gbg_vul low = {UINT32_MAX, UINT32_MAX};
+    return (vi)(((gbg_vul)even & low) | (gbg_vul)odd << 32);
 }
 
 static inline vd vd_set(double a)
