@@ -2,11 +2,15 @@
 #include "scene/lattice.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "scene/scene.h"
 
 /* Below this number every shift of the rows is tried, above it those next to half a cell. */
-enum { MOST_TRIALS = 200000, SITES_OF_FCC = 4 };
+enum { MOST_TRIALS = 200000, MOST_ROWS = 1000000, SITES_OF_FCC = 4 };
+
+/* Ratio of the lengths of a box made to fit a lattice. */
+#define WIDEST 1.3
 
 int gbg_lattice_of(const struct gbg_scene *scene)
 {
@@ -51,9 +55,10 @@ static int64_t ceiling(int64_t n, int64_t divisor)
     return (n + divisor - 1) / divisor;
 }
 
-static int64_t at_least_one(double value)
+/* A number of cells: whole, from 1, and never beyond what an int64_t holds. */
+static int64_t whole_cells(double value)
 {
-    return value > 1 ? (int64_t)value : 1;
+    return value > 1 ? (int64_t)fmin(value, 1e15) : 1;
 }
 
 static void take_rows(struct gbg_sites *best, int64_t n, int64_t rows, int64_t shift)
@@ -75,10 +80,11 @@ static void take_rows(struct gbg_sites *best, int64_t n, int64_t rows, int64_t s
 static void fit_triangular(struct gbg_sites *best, int64_t n)
 {
     double usual = sqrt((double)n * best->length[1] / best->length[0] * 2 / sqrt(3.0));
-    int64_t first = at_least_one(0.6 * usual), last = at_least_one(4 * usual + 3);
+    int64_t first = whole_cells(0.6 * usual), last = whole_cells(4 * usual + 3);
     last = last < n ? last : n;
+    first = first < last ? first : last;
     int all = (double)last * (double)last < 2.0 * MOST_TRIALS;
-    for (int64_t rows = first < last ? first : last; rows <= last; rows++) {
+    for (int64_t rows = first; rows <= last; rows += 1 + (last - first) / MOST_ROWS) {
         int64_t half = rows / 2;
         for (int64_t shift = all ? 0 : half; shift <= (rows + 1) / 2; shift++) {
             take_rows(best, n, rows, shift);
@@ -89,9 +95,10 @@ static void fit_triangular(struct gbg_sites *best, int64_t n)
 static void fit_square(struct gbg_sites *best, int64_t n)
 {
     double usual = sqrt((double)n * best->length[1] / best->length[0]);
-    int64_t last = at_least_one(2 * usual + 3);
+    int64_t first = whole_cells(0.5 * usual), last = whole_cells(2 * usual + 3);
     last = last < n ? last : n;
-    for (int64_t rows = at_least_one(0.5 * usual); rows <= last; rows++) {
+    first = first < last ? first : last;
+    for (int64_t rows = first; rows <= last; rows += 1 + (last - first) / MOST_ROWS) {
         double a = best->length[0] / (double)ceiling(n, rows);
         double distance = fmin(a, best->length[1] / (double)rows);
         if (distance > best->distance) {
@@ -133,20 +140,38 @@ static void take_cells(struct gbg_sites *best, const int64_t *cells)
     }
 }
 
-/* Numbers of cells near those of undistorted cells; the third follows from the first two. */
+/* Edge of cubic cells that would fill the box; axes shorter than that have one cell. */
+static double cubic_edge(const double *length, double cells)
+{
+    int thin[3] = {0};
+    double edge = 0;
+    for (int pass = 0; pass < 3; pass++) {
+        double volume = 1;
+        int axes = 0;
+        for (int a = 0; a < 3; a++) {
+            volume *= thin[a] ? 1 : length[a];
+            axes += !thin[a];
+        }
+        edge = pow(volume / cells, 1.0 / axes);
+        for (int a = 0; a < 3; a++) {
+            thin[a] |= length[a] < edge;
+        }
+    }
+    return edge;
+}
+
+/* Numbers of cells near those of cubic cells; the third follows from the first two. */
 static void fit_cells(struct gbg_sites *best, int64_t n)
 {
-    int64_t needed = ceiling(n, sites_in_cell(best->kind)), first[2], last[2];
-    double volume = best->length[0] * best->length[1] * best->length[2];
-    double edge = cbrt(volume / (double)needed);
+    int64_t needed = ceiling(n, sites_in_cell(best->kind)), first[2], last[2], cells[3];
+    double edge = cubic_edge(best->length, (double)needed);
     for (int a = 0; a < 2; a++) {
         double usual = best->length[a] / edge;
-        last[a] = at_least_one(1.5 * usual + 2);
+        last[a] = whole_cells(1.5 * usual + 2);
         last[a] = last[a] < needed ? last[a] : needed;
-        first[a] = at_least_one(0.7 * usual);
+        first[a] = whole_cells(0.7 * usual);
         first[a] = first[a] < last[a] ? first[a] : last[a];
     }
-    int64_t cells[3];
     for (cells[0] = first[0]; cells[0] <= last[0]; cells[0]++) {
         for (cells[1] = first[1]; cells[1] <= last[1]; cells[1]++) {
             cells[2] = ceiling(needed, cells[0] * cells[1]);
@@ -172,34 +197,40 @@ void gbg_lattice_fit(int dimension, int kind, const double *length, int64_t n,
     sites->n = sites_in_cell(kind) * sites->cells[0] * sites->cells[1] * sites->cells[2];
 }
 
-/* Whole cells: `unit` holds the edges of the smallest rectangular cell, which has `per` sites. */
+/* What is wrong with a block of cells, the less the better: empty sites first, then the ratio of
+ * its longest to its shortest length; blocks that are too long come last. */
+static double cost_of(int dimension, const double *unit, const int64_t *cells, int64_t vacancies)
+{
+    double low = INFINITY, high = 0;
+    for (int a = 0; a < dimension; a++) {
+        low = fmin(low, (double)cells[a] * unit[a]);
+        high = fmax(high, (double)cells[a] * unit[a]);
+    }
+    return (double)vacancies + high / low + (high > WIDEST * low ? 1e20 : 0);
+}
+
+/* The best block of at least n sites in cells of edges `unit` with `per` sites each. The number
+ * along the last axis follows from the others. */
 static void smallest_block(int dimension, const double *unit, int64_t per, int64_t n,
                            int64_t *cells)
 {
-    static const double widest = 1.3; /* ratio of the box lengths */
-    double volume = dimension == 2 ? unit[0] * unit[1] : unit[0] * unit[1] * unit[2];
-    double side = pow((double)ceiling(n, per) * volume, 1.0 / dimension);
-    double least = INFINITY;
-    int64_t last[2], k[3] = {1, 1, 1};
-    for (int a = 0; a < 2; a++) {
-        last[a] = at_least_one(widest * side / unit[a] + 1);
+    int64_t needed = ceiling(n, per), last[2] = {1, 1}, first[2] = {1, 1}, k[3] = {1, 1, 1};
+    double volume = unit[0] * unit[1] * unit[2], least = INFINITY;
+    double side = pow((double)needed * volume, 1.0 / dimension);
+    for (int a = 0; a < dimension - 1; a++) {
+        first[a] = whole_cells(side / unit[a] / WIDEST);
+        last[a] = whole_cells(WIDEST * side / unit[a] + 1);
     }
-    for (k[0] = at_least_one(side / unit[0] / widest); k[0] <= last[0]; k[0]++) {
-        for (k[1] = at_least_one(side / unit[1] / widest); k[1] <= last[1]; k[1]++) {
-            if (dimension == 3) {
-                k[2] = ceiling(ceiling(n, per), k[0] * k[1]);
-            }
-            double low = INFINITY, high = 0;
-            for (int a = 0; a < dimension; a++) {
-                low = fmin(low, (double)k[a] * unit[a]);
-                high = fmax(high, (double)k[a] * unit[a]);
-            }
-            int64_t sites = per * k[0] * k[1] * k[2];
-            /* few vacancies first, then a shape near the square; shapes too long come last */
-            double cost = (double)(sites - n) + high / low + (high > widest * low ? 1e20 : 0);
-            if (sites >= n && cost < least) {
+    for (k[0] = first[0]; k[0] <= last[0]; k[0]++) {
+        for (k[1] = first[1]; k[1] <= last[1]; k[1]++) {
+            int64_t layer = dimension == 2 ? k[0] : k[0] * k[1];
+            int64_t block[3] = {k[0], k[1], 1};
+            block[dimension - 1] = ceiling(needed, layer);
+            int64_t sites = per * layer * block[dimension - 1];
+            double cost = cost_of(dimension, unit, block, sites - n);
+            if (cost < least) {
                 least = cost;
-                cells[0] = k[0], cells[1] = k[1], cells[2] = k[2];
+                memcpy(cells, block, sizeof block);
             }
         }
     }

@@ -66,7 +66,7 @@ const struct gbg_option gbg_scene_options[] = {
            "triangular, square, fcc, cubic",
            "start on lattice sites (triangular, square in 2D; fcc, cubic in 3D), those that are "
            "too many left empty at random, species at random", 0, start_on_lattice),
-    PLAIN("particles.start.vacancies", GBG_REAL, vacancies, "0", "[0, 0.99]",
+    PLAIN("particles.start.vacancies", GBG_REAL, vacancies, "0", "[0, 0.9]",
           "share of the lattice sites that stays empty, or a little more"),
     PLAIN("particles.start.jitter", GBG_REAL, jitter, "0", "[0, 1]",
           "random shift over half the free gap between neighbours: never an overlap"),

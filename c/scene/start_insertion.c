@@ -4,33 +4,17 @@
 
 #include "core/memory.h"
 #include "scene/draws.h"
+#include "scene/insertion.h"
 #include "scene/parts.h"
 
-/* Failures in a row after which a particle has no place: far beyond what insertion needs below
- * 0.53 (2D) or 0.37 (3D), where it slows down. */
-enum { MOST_TRIES = 50000 };
+/* Failures in a row after which voxels take over; halvings of voxels after which there is no place
+ * for all that insertion can find. */
+enum { MOST_BLIND = 200, MOST_HALVINGS = 12 };
 
-/* Cells at least one diameter wide over the box, with the particles of one species in linked lists:
- * a core that is not larger can only hit one in the 3^dimension cells around it. */
-struct cells {
-    double diameter;
-    int64_t size[3];
-    int32_t *head; /* -1: none */
-};
-
-struct insertion {
-    struct gbg_scene *scene;
-    struct gbg_particles *particles;
-    int order[GBG_MAX_SPECIES]; /* species, largest first */
-    struct cells cells[GBG_MAX_SPECIES];
-    int32_t *next; /* in the list of a cell */
-    double slack;  /* kept from contact, so that rounding never makes an overlap */
-};
-
-static int make_cells(struct insertion *work, int s)
+static int make_cells(struct gbg_insertion *work, int s)
 {
     const struct gbg_scene *scene = work->scene;
-    struct cells *cells = &work->cells[s];
+    struct gbg_cells *cells = &work->cells[s];
     double most = 4.0 * (double)scene->species[s].count + 64, edge = scene->species[s].diameter;
     double volume = 1;
     int64_t total = 1;
@@ -38,9 +22,10 @@ static int make_cells(struct insertion *work, int s)
     for (int a = 0; a < scene->dimension; a++) {
         volume *= scene->length[a];
     }
-    edge = fmax(edge * 1.0001, pow(volume / most, 1.0 / scene->dimension));
+    edge = fmax((edge + work->slack) * 1.0001, pow(volume / most, 1.0 / scene->dimension));
     for (int a = 0; a < 3; a++) {
         double whole = a < scene->dimension ? floor(scene->length[a] / edge) : 1;
+        whole = fmin(whole, most / (double)total);
         cells->size[a] = whole > 1 ? (int64_t)whole : 1;
         total *= cells->size[a];
     }
@@ -52,8 +37,8 @@ static int make_cells(struct insertion *work, int s)
     return status;
 }
 
-static void cell_of(const struct insertion *work, const struct cells *cells, const double *r,
-                    int64_t *index)
+static void cell_of(const struct gbg_insertion *work, const struct gbg_cells *cells,
+                    const double *r, int64_t *index)
 {
     for (int a = 0; a < 3; a++) {
         index[a] = 0;
@@ -65,91 +50,154 @@ static void cell_of(const struct insertion *work, const struct cells *cells, con
     }
 }
 
-static int64_t cell_number(const struct cells *cells, const int64_t *index)
+static int64_t cell_number(const struct gbg_cells *cells, const int64_t *index)
 {
     return index[0] + cells->size[0] * (index[1] + cells->size[1] * index[2]);
 }
 
-static double distance_square(const struct insertion *work, const double *r, int32_t j)
+/* Square of the distance from particle j to the farthest corner of a box around r. */
+static double farthest_square(const struct gbg_insertion *work, const double *r, const double *half,
+                              int32_t j)
 {
     double square = 0;
     for (int a = 0; a < work->scene->dimension; a++) {
         double length = work->scene->length[a];
         double d = fabs(r[a] - work->particles->position[a][j]);
-        d = fmin(d, length - d);
+        d = (d < length - d ? d : length - d) + half[a];
         square += d * d;
     }
     return square;
 }
 
-/* 1 if a core closer than `contact` to r lies in the cells around it. */
-static int hits(const struct insertion *work, const struct cells *cells, const double *r,
-                double contact)
+/* Numbers of the cells next to a cell along an axis, itself first, times the step of the axis;
+ * returns how many differ. */
+static int neighbours(const struct gbg_cells *cells, int a, int64_t middle, int64_t *number)
 {
-    int64_t middle[3], span[3], index[3];
+    int64_t size = cells->size[a], step = 1;
+    for (int b = 0; b < a; b++) {
+        step *= cells->size[b];
+    }
+    number[0] = middle * step;
+    number[1] = (middle + 1 < size ? middle + 1 : 0) * step;
+    number[2] = (middle > 0 ? middle - 1 : size - 1) * step;
+    return size < 3 ? (int)size : 3;
+}
+
+static int hits(const struct gbg_insertion *work, const struct gbg_cells *cells, const double *r,
+                const double *half, double contact)
+{
+    int64_t middle[3], number[3][3];
+    int span[3];
     cell_of(work, cells, r, middle);
     for (int a = 0; a < 3; a++) {
-        span[a] = cells->size[a] < 3 ? cells->size[a] : 3;
+        span[a] = neighbours(cells, a, middle[a], number[a]);
     }
-    for (int64_t k = 0; k < span[0] * span[1] * span[2]; k++) {
-        int64_t step[3] = {k % span[0], k / span[0] % span[1], k / span[0] / span[1]};
-        for (int a = 0; a < 3; a++) {
-            index[a] = (middle[a] + step[a] - 1 + cells->size[a]) % cells->size[a];
-        }
-        for (int32_t j = cells->head[cell_number(cells, index)]; j >= 0; j = work->next[j]) {
-            if (distance_square(work, r, j) < contact * contact) {
-                return 1;
+    for (int z = 0; z < span[2]; z++) {
+        for (int y = 0; y < span[1]; y++) {
+            for (int x = 0; x < span[0]; x++) {
+                int64_t c = number[0][x] + number[1][y] + number[2][z];
+                for (int32_t j = cells->head[c]; j >= 0; j = work->next[j]) {
+                    if (farthest_square(work, r, half, j) < contact * contact) {
+                        return 1;
+                    }
+                }
             }
         }
     }
     return 0;
 }
 
-static int is_free(const struct insertion *work, int rank, const double *r)
+int gbg_insertion_blocks(const struct gbg_insertion *work, const double *r, const double *half)
 {
-    double own = work->scene->species[work->order[rank]].diameter;
-    for (int other = 0; other <= rank; other++) {
-        const struct cells *cells = &work->cells[work->order[other]];
+    double own = work->scene->species[work->order[work->rank]].diameter;
+    for (int other = 0; other <= work->rank; other++) {
+        const struct gbg_cells *cells = &work->cells[work->order[other]];
         double contact = (own + cells->diameter) / 2 + work->slack;
-        if (cells->head && hits(work, cells, r, contact)) {
-            return 0;
+        if (cells->head && hits(work, cells, r, half, contact)) {
+            return 1;
         }
-    }
-    return 1;
-}
-
-static int place(struct insertion *work, int rank, int64_t i)
-{
-    struct gbg_scene *scene = work->scene;
-    struct cells *cells = &work->cells[work->order[rank]];
-    double r[3];
-    for (int64_t attempt = 0; attempt < MOST_TRIES; attempt++) {
-        gbg_draw(scene, GBG_DRAW_INSERTION, i, attempt, scene->dimension, r);
-        for (int a = 0; a < scene->dimension; a++) {
-            r[a] = gbg_wrap(scene->origin[a] + r[a] * scene->length[a], scene->origin[a],
-                            scene->length[a]);
-        }
-        if (!is_free(work, rank, r)) {
-            continue;
-        }
-        for (int a = 0; a < scene->dimension; a++) {
-            work->particles->position[a][i] = r[a];
-        }
-        work->particles->species[i] = work->order[rank];
-        work->particles->id[i] = i;
-        if (cells->head) {
-            int64_t index[3];
-            cell_of(work, cells, r, index);
-            int64_t c = cell_number(cells, index);
-            work->next[i] = cells->head[c];
-            cells->head[c] = (int32_t)i;
-        }
-        return 1;
     }
     return 0;
 }
 
-static int refuse(const struct insertion *work, int64_t placed)
+static void put(struct gbg_insertion *work, int64_t i, const double *r)
+{
+    struct gbg_cells *cells = &work->cells[work->order[work->rank]];
+    for (int a = 0; a < work->scene->dimension; a++) {
+        work->particles->position[a][i] = r[a];
+    }
+    work->particles->species[i] = work->order[work->rank];
+    work->particles->id[i] = i;
+    if (cells->head) {
+        int64_t index[3];
+        cell_of(work, cells, r, index);
+        int64_t c = cell_number(cells, index);
+        work->next[i] = cells->head[c];
+        cells->head[c] = (int32_t)i;
+    }
+}
+
+/* One draw: 1 and the place, if it is free. */
+static int draw_place(struct gbg_insertion *work, int64_t i, int64_t attempt, double *r)
+{
+    static const double point[3] = {0};
+    const struct gbg_scene *scene = work->scene;
+    struct gbg_voxels *voxels = &work->voxels;
+    double uniform[4];
+    int64_t index = 0;
+    gbg_draw(scene, GBG_DRAW_INSERTION, i, attempt, scene->dimension + (voxels->number != NULL),
+             uniform);
+    if (voxels->number) {
+        index = (int64_t)(uniform[scene->dimension] * (double)voxels->n);
+        gbg_voxels_point(work, index, uniform, r);
+    }
+    for (int a = 0; a < scene->dimension; a++) {
+        r[a] = voxels->number ? r[a] : scene->origin[a] + uniform[a] * scene->length[a];
+        r[a] = gbg_wrap(r[a], scene->origin[a], scene->length[a]);
+    }
+    if (!gbg_insertion_blocks(work, r, point)) {
+        return 1;
+    }
+    if (voxels->number) {
+        gbg_voxels_review(work, index);
+    }
+    return 0;
+}
+
+/* After a draw without success: voxels are made when blind draws fail too often in a row, and
+ * halved when each has had its draws. */
+static int think_again(struct gbg_insertion *work, int64_t failures)
+{
+    struct gbg_voxels *voxels = &work->voxels;
+    if (!voxels->number) {
+        return failures > MOST_BLIND ? gbg_voxels_make(work) : GBG_OK;
+    }
+    voxels->failures++;
+    return voxels->failures > voxels->patience ? gbg_voxels_halve(work) : GBG_OK;
+}
+
+/* Puts particle i somewhere; *found 0 when no place is left. */
+static int place(struct gbg_insertion *work, int64_t i, int *found)
+{
+    struct gbg_voxels *voxels = &work->voxels;
+    double r[3];
+    int status = GBG_OK;
+    *found = 0;
+    for (int64_t attempt = 0; status == GBG_OK && !*found; attempt++) {
+        if (voxels->number && (voxels->n == 0 || voxels->level > MOST_HALVINGS)) {
+            return GBG_OK;
+        }
+        if (draw_place(work, i, attempt, r)) {
+            put(work, i, r);
+            *found = 1;
+        } else {
+            status = think_again(work, attempt);
+        }
+    }
+    return status;
+}
+
+static int refuse(const struct gbg_insertion *work, int64_t placed)
 {
     struct gbg_scene reached = *work->scene;
     int64_t left = placed;
@@ -166,7 +214,7 @@ static int refuse(const struct insertion *work, int64_t placed)
                     gbg_scene_packing(work->scene));
 }
 
-static void order_by_size(struct insertion *work)
+static void order_by_size(struct gbg_insertion *work)
 {
     const struct gbg_scene *scene = work->scene;
     for (int s = 0; s < scene->n_species; s++) {
@@ -180,31 +228,30 @@ static void order_by_size(struct insertion *work)
     }
 }
 
-static int insert_all(struct insertion *work)
+static int insert_species(struct gbg_insertion *work, int64_t *placed)
 {
     const struct gbg_scene *scene = work->scene;
-    int64_t i = 0;
-    for (int rank = 0; rank < scene->n_species; rank++) {
-        int s = work->order[rank];
-        if (scene->rule != GBG_RULE_NONE && scene->species[s].diameter > 0) {
-            int status = make_cells(work, s);
-            if (status != GBG_OK) {
-                return status;
-            }
-        }
-        for (int64_t k = 0; k < scene->species[s].count; k++, i++) {
-            if (!place(work, rank, i)) {
-                return refuse(work, i);
-            }
-        }
+    int s = work->order[work->rank], status = GBG_OK;
+    if (scene->rule != GBG_RULE_NONE && scene->species[s].diameter > 0) {
+        status = make_cells(work, s);
     }
-    return GBG_OK;
+    for (int64_t k = 0; k < scene->species[s].count && status == GBG_OK; k++) {
+        int found = 0;
+        status = place(work, *placed, &found);
+        if (status == GBG_OK && !found) {
+            return refuse(work, *placed);
+        }
+        ++*placed;
+    }
+    gbg_voxels_release(work);
+    return status;
 }
 
 int gbg_start_insertion(struct gbg_scene *scene, struct gbg_particles *particles)
 {
-    struct insertion work = {.scene = scene, .particles = particles};
+    struct gbg_insertion work = {.scene = scene, .particles = particles};
     double widest = 0;
+    int64_t placed = 0;
     for (int a = 0; a < scene->dimension; a++) {
         widest = fmax(widest, scene->length[a] + fabs(scene->origin[a]));
     }
@@ -215,12 +262,13 @@ int gbg_start_insertion(struct gbg_scene *scene, struct gbg_particles *particles
         status = gbg_allocate(scene->context, (void **)&work.next, scene->n, sizeof(int32_t),
                               "lists of the insertion");
     }
-    if (status == GBG_OK) {
-        status = insert_all(&work);
+    for (; work.rank < scene->n_species && status == GBG_OK; work.rank++) {
+        status = insert_species(&work, &placed);
     }
     for (int s = 0; s < scene->n_species; s++) {
         gbg_release(work.cells[s].head);
     }
+    gbg_voxels_release(&work);
     gbg_release(work.next);
     if (status != GBG_OK) {
         gbg_particles_release(particles);
