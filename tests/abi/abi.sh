@@ -27,6 +27,9 @@ comm -23 "$work/exported" "$work/public" | grep -vxEf "$root/tests/abi/shared_in
     >"$work/extra"
 report "exported, but neither in a public header nor in shared_internal.txt" "$work/extra"
 
+comm -13 "$work/exported" "$work/public" >"$work/lacking"
+report "in a public header, but not exported" "$work/lacking"
+
 for library in "$@"; do
     if readelf -lW "$library" | grep GNU_STACK | grep -q RWE; then
         echo "$library: asks for an executable stack"
