@@ -77,5 +77,6 @@ program failures
    call check(.not. gbg_has_component('teapot'), 'component')
    call scene%get('dynamics.temperature', value)
    call check(abs(value) <= 0, 'default of dynamics.temperature')
+   deallocate (text)
    call finish()
 end program failures

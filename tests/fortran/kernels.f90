@@ -5,6 +5,7 @@ program kernels
    use gamboge
    implicit none
    integer, parameter :: n = 60
+   real(real64), parameter :: sides(3) = [9.0_real64, 7.0_real64, 8.0_real64]
    type(gbg_context_t) :: context
    call context%create('cpu')
    call forces(2)
@@ -35,7 +36,7 @@ contains
       real(real64) :: alpha(n), mobility(n), zeros(n)
       real(real32) :: single(dimension, n)
       integer :: i
-      edges = [9.0_real64, 7.0_real64, 8.0_real64]
+      edges = sides(:dimension)
       x = made(dimension, edges)
       alpha = [(1 + modulo(i, 2), i=1, n)]
       mobility = [(2 - modulo(i, 5), i=1, n)]
@@ -87,7 +88,7 @@ contains
       real(real32) :: single(dimension, n)
       integer :: first(500), second(500), count, pair, i, k, rounds, stat
       integer(int64) :: long_count
-      edges = [9.0_real64, 7.0_real64, 8.0_real64]
+      edges = sides(:dimension)
       x = made(dimension, edges)
       diameter = [(0.7_real64 + 0.1_real64*modulo(i, 3), i=1, n)]
       first = 0

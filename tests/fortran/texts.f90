@@ -84,5 +84,6 @@ program texts
    call check_close(r64, 7.0_real64, 0.0_real64, 'power')
    call scene%get_force(3, power=r64, stat=stat)
    call check(stat /= gbg_ok, 'a force that is not there')
+   deallocate (text)
    call finish()
 end program texts

@@ -1,4 +1,4 @@
-! A client of the package in Fortran alone: a refusal, then forces on three discs.
+! A client of the package in Fortran alone: a refusal with its message, then forces on three discs.
 program client
    use gamboge
    implicit none
@@ -8,10 +8,11 @@ program client
    real(dp), parameter :: alpha(n) = [1d0, 1d0, -1d0], mobility(n) = [1d0, 1d0, -2d0]
    real(dp), parameter :: right(2, n) = &
       reshape([-0.5d0, 0d0, 0.1875d0, 0d0, 0.625d0, 0d0], [2, n])
+   character(200) :: message
    integer :: status
 
-   call context%create('abacus', stat=status)
-   if (status /= gbg_e_name) error stop 'not refused'
+   call context%create('abacus', stat=status, errmsg=message)
+   if (status /= gbg_e_name .or. index(message, 'abacus') == 0) error stop 'not refused'
 
    x(:, 1) = [1d0, 5d0]
    x(:, 2) = [3d0, 5d0]
