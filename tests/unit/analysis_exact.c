@@ -262,6 +262,7 @@ static void fine_meshes_are_within_their_bounds(void **state)
     sample_of_many_modes(2, strip, two_pi * 3.5, 1500, "mesh");
 #endif
     sample_of_many_modes(2, plane, two_pi / 31 * 70, 1500, "direct");
+    sample_of_many_modes(3, space, two_pi / 9 * 12, 200, "direct");
     sample_of_many_modes(2, strip, two_pi * 2.5, 1500, "direct");
 }
 
