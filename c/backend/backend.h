@@ -29,7 +29,7 @@ struct gbg_state {
     uint8_t *overlapped;  /* 1: took part in an overlap in this step */
     float *source;        /* alpha of each particle, for 32-bit pair sums */
     double *own_diameter; /* of each particle, for a caller's arrays; NULL: the species' */
-    double *own_alpha;    /* the same, for direct sums */
+    double *own_alpha;    /* the same; with it `source` holds the same */
     int n_species;
     double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
 };

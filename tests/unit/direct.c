@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "core/memory.h"
 #include "core/random.h"
 #include "gamboge/kernels.h"
 
@@ -333,7 +334,7 @@ static void bad_arguments_are_refused(void **state)
     good.force[0] = 77.0;
     const int bad = GBG_E_ARGUMENT;
     assert_true(refused(context, bad, "dimension is 1", 1, 2, 0, "mixed", 10, 1, box, alpha));
-    assert_true(refused(context, bad, "only z", 3, 2, 0, "mixed", 10, 1, SQUARE, alpha));
+    assert_true(refused(context, bad, "z is NULL", 3, 2, 0, "mixed", 10, 1, SQUARE, alpha));
     assert_true(refused(context, bad, "power is 0", 2, 0, 0, "mixed", 10, 1, box, alpha));
     assert_true(refused(context, bad, "power is 25", 2, 25, 0, "mixed", 10, 1, box, alpha));
     assert_true(refused(context, bad, "power is nan", 2, NAN, 0, "mixed", 10, 1, box, alpha));
@@ -343,10 +344,10 @@ static void bad_arguments_are_refused(void **state)
     assert_true(refused(context, GBG_E_NAME, "NULL", 2, 2, 0, NULL, 10, 1, box, alpha));
     assert_true(refused(context, bad, "n is -1", 2, 2, 0, "mixed", -1, 1, box, alpha));
     assert_true(refused(context, bad, "step is 0", 2, 2, 0, "mixed", 10, 0, box, alpha));
-    assert_true(refused(context, bad, "length 2 is 0", 2, 2, 0, "mixed", 10, 1, flat, alpha));
+    assert_true(refused(context, bad, "lengths[1] is 0", 2, 2, 0, "mixed", 10, 1, flat, alpha));
     assert_true(
-        refused(context, bad, "length 2 is nan", 2, 2, 0, "mixed", 10, 1, nan_length, alpha));
-    assert_true(refused(context, bad, "length 1", 2, 2, 0, "mixed", 10, 1, NULL, alpha));
+        refused(context, bad, "lengths[1] is nan", 2, 2, 0, "mixed", 10, 1, nan_length, alpha));
+    assert_true(refused(context, bad, "lengths is NULL", 2, 2, 0, "mixed", 10, 1, NULL, alpha));
     assert_true(refused(context, bad, "NULL", 2, 2, 0, "mixed", 10, 1, box, NULL));
     good.position[13] = INFINITY;
     assert_true(refused(context, bad, "particle 3", 2, 2, 0, "mixed", 10, 1, box, alpha));
@@ -392,6 +393,31 @@ static void strides_and_images_do_not_matter(void **state)
     gbg_context_destroy(&context);
 }
 
+/* Each allocation of a call fails in turn: the call says so, the forces stay, and (under the
+ * address sanitizer) nothing leaks. */
+static void failing_allocations_are_reported(void **state)
+{
+    (void)state;
+    enum { N = 300 };
+    struct gbg_context *context = NULL;
+    assert_int_equal(gbg_context_create("cpu", &context), GBG_OK);
+    make(&set, 2, N, SQUARE, 1.0);
+    for (int with_cutoff = 0; with_cutoff < 2; with_cutoff++) {
+        int status = GBG_E_MEMORY, k = 0;
+        for (set.force[0] = 77.0; status != GBG_OK; k++) {
+            gbg_memory_fail_after(k + 1);
+            status = gbg_pair_forces(context, 2, set.length, 6.0, with_cutoff, "mixed", N,
+                                     set.position, set.position + N, NULL, 1, set.alpha,
+                                     set.mobility, set.force, set.force + N, NULL, 1);
+            assert_true(status == GBG_OK || (status == GBG_E_MEMORY && set.force[0] == 77.0));
+            assert_true(k < 200);
+        }
+        gbg_memory_fail_after(0);
+        assert_true(k > 5);
+    }
+    gbg_context_destroy(&context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -404,6 +430,7 @@ int main(void)
         cmocka_unit_test(bits_do_not_depend_on_threads_or_instructions),
         cmocka_unit_test(a_hundred_targets_in_quadruple_precision),
         cmocka_unit_test(bad_arguments_are_refused),
+        cmocka_unit_test(failing_allocations_are_reported),
         cmocka_unit_test(strides_and_images_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

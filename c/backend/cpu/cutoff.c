@@ -96,7 +96,7 @@ __attribute__((always_inline)) static inline void mixed_chunk(const struct job *
 
 static void mixed_2d(const struct job *job, const struct gbg_chunk *chunk)
 {
-    int one = job->state->n_species == 1;
+    int one = job->state->n_species == 1 && !job->state->own_alpha;
     if (job->power == 2.0) {
         one ? mixed_chunk(job, chunk, 2, 2, 1) : mixed_chunk(job, chunk, 2, 2, 0);
     } else {
@@ -106,7 +106,7 @@ static void mixed_2d(const struct job *job, const struct gbg_chunk *chunk)
 
 static void mixed_3d(const struct job *job, const struct gbg_chunk *chunk)
 {
-    int one = job->state->n_species == 1;
+    int one = job->state->n_species == 1 && !job->state->own_alpha;
     if (job->power == 2.0) {
         one ? mixed_chunk(job, chunk, 3, 2, 1) : mixed_chunk(job, chunk, 3, 2, 0);
     } else {
@@ -148,7 +148,8 @@ static void field_double(const struct job *job, const int32_t *index, int32_t wi
             squared += r[a] * r[a];
         }
         if (squared < limit && squared > 0.0) {
-            double f = state->alpha[state->species ? state->species[j] : 0] *
+            double f = (state->own_alpha ? state->own_alpha[j]
+                                         : state->alpha[state->species ? state->species[j] : 0]) *
                        pow(squared, -0.5 * (job->power + 1.0));
             for (int a = 0; a < state->box.dimension; a++) {
                 sum[a] += f * r[a];
