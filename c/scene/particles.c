@@ -126,6 +126,12 @@ static int check_ids(const struct gbg_scene *scene, int64_t n, const int64_t *id
 static int check_block(struct gbg_context *context, const struct gbg_scene *scene,
                        const struct gbg_points *points, const int32_t *species, int base)
 {
+    if (points->n > GBG_MOST_PARTICLES - scene->arrays.n) {
+        return gbg_fail(context, GBG_E_ARGUMENT,
+                        "%" PRId64 " particles more than the %" PRId64
+                        " there are, allowed %" PRId64 " in all",
+                        points->n, scene->arrays.n, GBG_MOST_PARTICLES);
+    }
     int64_t bad = gbg_points_first_bad(points, scene->dimension);
     if (bad >= 0) {
         return gbg_fail(context, GBG_E_ARGUMENT,
@@ -137,12 +143,6 @@ static int check_block(struct gbg_context *context, const struct gbg_scene *scen
                             "species %d of particle %" PRId64 " given, allowed %d..%d",
                             (int)species[i], i + base, base, base + GBG_MAX_SPECIES - 1);
         }
-    }
-    if (points->n > GBG_MOST_PARTICLES - scene->arrays.n) {
-        return gbg_fail(context, GBG_E_ARGUMENT,
-                        "%" PRId64 " particles more than the %" PRId64
-                        " there are, allowed %" PRId64 " in all",
-                        points->n, scene->arrays.n, GBG_MOST_PARTICLES);
     }
     return GBG_OK;
 }

@@ -240,7 +240,7 @@ static int one_size(const struct gbg_scene *scene)
     return 1;
 }
 
-/* Both are checked once the file that gives particles and perhaps the box has been read. */
+/* Not so while a start file, which may give the box, was not read. */
 static int box_is_known(const struct gbg_scene *scene)
 {
     return scene->n >= 0;

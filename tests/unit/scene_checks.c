@@ -411,8 +411,24 @@ static void wrong_arrays_are_refused(void **state)
     expect(gbg_scene_check(scene), GBG_E_SCENE, "\"A\" asks for 10 particles, but 1 were given");
     scene->species[0].asked = 1;
     assert_int_equal(gbg_scene_check(scene), GBG_OK);
+    for (int s = 0; s < 3; s++) {
+        scene->species[s].asked = -1;
+        scene->species[s].fraction = s ? 0.3 : 0.4;
+    }
+    assert_int_equal(gbg_scene_check(scene), GBG_OK);
+    scene->species[0].fraction = 0.5;
+    expect(gbg_scene_check(scene), GBG_E_SCENE, "sum to 1.1");
+    scene->species[0].fraction = 0.4;
     gbg_scene_set_integer(scene, "particles.count", 4);
     expect(gbg_scene_check(scene), GBG_E_SCENE, "4 given, but the particles sum to 3");
+    int64_t highest[1] = {(INT64_C(1) << 48) - 1};
+    assert_int_equal(gbg_scene_add_particles(scene, 1, x, x, NULL, 1, NULL, 0, highest), GBG_OK);
+    expect(gbg_scene_add_particles(scene, 1, x, x, NULL, 1, NULL, 0, NULL), GBG_E_ARGUMENT,
+           "no 1 ids are left");
+    scene->arrays.n = 2147483640;
+    expect(gbg_scene_add_particles(scene, 8, x, x, NULL, 1, NULL, 0, NULL), GBG_E_ARGUMENT,
+           "8 particles more than");
+    scene->arrays.n = 4;
     assert_int_equal(gbg_scene_add_particles(scene, 0, NULL, NULL, NULL, 0, NULL, 0, NULL), GBG_OK);
     gbg_scene_destroy(&scene);
 }
@@ -441,6 +457,11 @@ static void blocks_add_up(void **state)
     assert_true(failures > 300);
     struct gbg_particles particles;
     assert_int_equal(gbg_scene_resolve(scene), GBG_OK);
+    for (int n = 1; n <= 5; n++) {
+        gbg_memory_fail_after(n);
+        assert_int_equal(gbg_scene_start(scene, &particles), GBG_E_MEMORY);
+        assert_null(particles.id);
+    }
     assert_int_equal(gbg_scene_start(scene, &particles), GBG_OK);
     for (int64_t i = 0; i < 300; i++) {
         assert_int_equal(particles.id[i], 701 + i);

@@ -184,6 +184,17 @@ static void short_files_mean_what_they_say(void **state)
     assert_int_equal(gbg_scene_check(s), GBG_OK);
     assert_int_equal(gbg_scene_resolve(s), GBG_E_ORDER);
     gbg_scene_destroy(&s);
+
+    /* particles may come by calls; what is still wrong then is told with the file */
+    double x[4] = {1, 2, 3, 4};
+    const char *halves = "box: {size: [9, 9]}\n"
+                         "particles: {species: [{fraction: 0.5}, {fraction: 0.5}]}\n";
+    assert_int_equal(read_text(halves, &s), GBG_OK);
+    assert_int_equal(gbg_scene_add_particles(s, 4, x, x, NULL, 1, NULL, 0, NULL), GBG_OK);
+    assert_int_equal(gbg_scene_resolve(s), GBG_E_SCENE);
+    assert_true(strncmp(gbg_message(context), path, strlen(path)) == 0);
+    assert_non_null(strstr(gbg_message(context), "asks for 2 particles, but 4 were given"));
+    gbg_scene_destroy(&s);
 }
 
 struct bad_line {
@@ -204,6 +215,7 @@ static void bad_lines_are_named(void **state)
         {4, "  size: [60, x]", GBG_E_ARGUMENT, 4, "box.size: \"x\" given"},
         {4, "  size: [60]", GBG_E_ARGUMENT, 4, "box.size: 1"},
         {4, "  size: 60", GBG_E_FORMAT, 4, "box.size: a single value given, allowed a list"},
+        {4, "  size: [1, 2, 3, 4]", GBG_E_ARGUMENT, 4, "box.size: 4 entries given, allowed 2"},
         {4, "  size: []", GBG_E_SCENE, 4, "box.size: an empty list"},
         {4, "  size: [60, 0.9]", GBG_E_SCENE, 4, "box.size: the hard cores fill"},
         {4, "  size: [600000, 1.9]", GBG_E_SCENE, 4, "at least 2 of the largest diameter"},
@@ -290,6 +302,8 @@ static void odd_files_are_refused(void **state)
     assert_int_equal(read_text("5\n", &scene), GBG_E_FORMAT);
     assert_int_equal(read_text("[]\n", &scene), GBG_E_FORMAT);
     assert_int_equal(read_text("{}\n", &scene), GBG_E_SCENE);
+    assert_int_equal(read_text("box: {size: [1, 2, 3, 4]}\n", &scene), GBG_E_ARGUMENT);
+    assert_non_null(strstr(gbg_message(context), "box.size: 4 lengths given, allowed 2, 3"));
     assert_int_equal(gbg_scene_read(NULL, path, &scene), GBG_E_ARGUMENT);
     assert_int_equal(gbg_scene_read(context, NULL, &scene), GBG_E_ARGUMENT);
     assert_int_equal(gbg_scene_read(context, path, NULL), GBG_E_ARGUMENT);
@@ -307,9 +321,15 @@ static void odd_files_are_refused(void **state)
     for (size_t i = 0; i < bytes; i += 2) {
         memcpy(large + i, "0,", 2);
     }
-    memcpy(large, "forces: [", 9);
+    memcpy(large, "forces: [0", 10);
     write_file(large, 1000000);
     assert_int_equal(gbg_scene_read(context, path, &scene), GBG_E_FORMAT);
+    assert_non_null(strstr(gbg_message(context), ":1: too many keys, allowed 4096"));
+    memset(large, 'k', 200);
+    memcpy(large + 200, ": 1\n", 4);
+    write_file(large, 204);
+    assert_int_equal(gbg_scene_read(context, path, &scene), GBG_E_FORMAT);
+    assert_non_null(strstr(gbg_message(context), ":1: a key is no word or longer"));
     free(large);
 }
 
