@@ -59,7 +59,7 @@ int main(void)
 {
     static double x[2 * PARTICLES], f[2 * PARTICLES];
     static int32_t species[PARTICLES];
-    double lengths[2], gap, sum[2] = {0.0, 0.0}, error, relative;
+    double lengths[2], sum[2] = {0.0, 0.0}, error, relative;
     char hash[65];
     struct gbg_context *context;
     struct gbg_engine *engine;
@@ -70,9 +70,8 @@ int main(void)
     must(gbg_engine_box(engine, lengths, NULL), context);
 
     must(gbg_engine_positions(engine, 1, PARTICLES, x, x + 1, NULL, 2), context);
-    gap = mean_gap(x, species, lengths);
     printf("particles %d\n", PARTICLES);
-    printf("gap_at_start %.9f\n", gap);
+    printf("gap_at_start %.9f\n", mean_gap(x, species, lengths));
     must(gbg_engine_run(engine, STEPS), context);
     must(gbg_engine_positions(engine, 1, PARTICLES, x, x + 1, NULL, 2), context);
     printf("gap_at_end %.9f\n", mean_gap(x, species, lengths));

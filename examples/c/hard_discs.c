@@ -42,7 +42,7 @@ static double mean_squared_move(const double *from, const double *to)
 
 int main(void)
 {
-    static double start[2 * DISCS], end[2 * DISCS], diameter[DISCS];
+    static double first[2 * DISCS], last[2 * DISCS], diameter[DISCS];
     double lengths[2], time;
     int64_t rounds, overlaps;
     char hash[65];
@@ -52,9 +52,9 @@ int main(void)
     struct gbg_scene *scene = make_scene(context);
     must(gbg_engine_create(scene, &engine), context);
 
-    must(gbg_engine_positions(engine, 0, DISCS, start, start + 1, NULL, 2), context);
+    must(gbg_engine_positions(engine, 0, DISCS, first, first + 1, NULL, 2), context);
     must(gbg_engine_run(engine, STEPS), context);
-    must(gbg_engine_positions(engine, 0, DISCS, end, end + 1, NULL, 2), context);
+    must(gbg_engine_positions(engine, 0, DISCS, last, last + 1, NULL, 2), context);
     must(gbg_engine_real(engine, "time", &time), context);
     must(gbg_engine_integer(engine, "contact_rounds", &rounds), context);
     must(gbg_engine_hash(engine, sizeof hash, hash), context);
@@ -64,8 +64,8 @@ int main(void)
         diameter[i] = 1.0;
     }
     must(gbg_engine_box(engine, lengths, NULL), context);
-    must(gbg_overlaps_find(context, 2, lengths, DISCS, end, end + 1, NULL, 2, diameter, 1e-12, 0, 0,
-                           NULL, NULL, &overlaps),
+    must(gbg_overlaps_find(context, 2, lengths, DISCS, last, last + 1, NULL, 2, diameter, 1e-12, 0,
+                           0, NULL, NULL, &overlaps),
          context);
 
     /* Free discs have D = temperature/2, so that their MSD is 4 D t. */
@@ -73,7 +73,7 @@ int main(void)
     printf("box_length %.12f\n", lengths[0]);
     printf("contact_rounds_above_0 %d\n", rounds > 0);
     printf("overlaps_found %d\n", (int)overlaps);
-    printf("msd_over_free %.9f\n", mean_squared_move(start, end) / (4.0 * 0.005 * time));
+    printf("msd_over_free %.9f\n", mean_squared_move(first, last) / (4.0 * 0.005 * time));
     printf("hash %s\n", hash);
 
     gbg_engine_destroy(&engine);

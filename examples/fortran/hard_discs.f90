@@ -7,7 +7,7 @@ program hard_discs
    type(gbg_context_t) :: context
    type(gbg_scene_t) :: scene
    type(gbg_engine_t) :: engine
-   real(real64) :: start(2, discs), end(2, discs), diameter(discs), lengths(2), time
+   real(real64) :: first(2, discs), last(2, discs), diameter(discs), lengths(2), time
    integer :: rounds, overlaps
    character(:), allocatable :: hash
 
@@ -16,9 +16,9 @@ program hard_discs
    call make_scene()
    call engine%create(scene)
 
-   call engine%get_positions(start, wrapped=.false.)
+   call engine%get_positions(first, wrapped=.false.)
    call engine%run(steps)
-   call engine%get_positions(end, wrapped=.false.)
+   call engine%get_positions(last, wrapped=.false.)
    call engine%get('time', time)
    call engine%get('contact_rounds', rounds)
    call engine%hash(hash)
@@ -26,14 +26,14 @@ program hard_discs
    ! The same question to a kernel that knows nothing of the run.
    diameter = 1
    call engine%get_box(lengths)
-   call gbg_overlaps_find(context, lengths, end, diameter, overlaps, tolerance=1e-12_real64)
+   call gbg_overlaps_find(context, lengths, last, diameter, overlaps, tolerance=1e-12_real64)
 
    ! Free discs have D = temperature/2, so that their MSD is 4 D t.
    print '(a,1x,i0)', 'discs', discs
    print '(a,1x,f18.12)', 'box_length', lengths(1)
    print '(a,1x,i0)', 'contact_rounds_above_0', merge(1, 0, rounds > 0)
    print '(a,1x,i0)', 'overlaps_found', overlaps
-   print '(a,1x,f14.9)', 'msd_over_free', sum((end - start)**2)/discs/(4*0.005_real64*time)
+   print '(a,1x,f14.9)', 'msd_over_free', sum((last - first)**2)/discs/(4*0.005_real64*time)
    print '(a,1x,a)', 'hash', hash
 
    call engine%destroy()
