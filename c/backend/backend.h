@@ -27,7 +27,7 @@ struct gbg_state {
     uint32_t *start_high[3], *start_low[3]; /* coordinates before the step */
     int32_t *start_image[3];
     uint8_t *overlapped;  /* 1: took part in an overlap in this step */
-    float *source;        /* alpha of each particle, for 32-bit pair sums */
+    float *source;        /* alpha of each particle, for 32-bit cut-off sums of several species */
     double *own_diameter; /* of each particle, for a caller's arrays; NULL: the species' */
     double *own_alpha;    /* the same; with it `source` holds the same */
     int n_species;
@@ -85,6 +85,8 @@ struct gbg_kernels {
     int (*direct_mixed)(struct gbg_device *device, struct gbg_state *state, double power, int add);
     int (*direct_double)(struct gbg_device *device, struct gbg_state *state, double power, int add);
 
+    /* Takes the scratch memory that direct sums need, before the first of them. */
+    int (*direct_reserve)(struct gbg_device *device, const struct gbg_state *state);
     /* The same force in double precision on listed particles only: out[axis][target]; cutoff 0: all
      * pairs. The reference that errors are measured against. */
     int (*direct_targets)(struct gbg_device *device, struct gbg_state *state, double power,
@@ -132,6 +134,8 @@ struct gbg_backend {
     int (*upload)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*download)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*sync)(struct gbg_device *device);
+    /* Bytes of scratch memory that the device holds. */
+    double (*scratch_bytes)(const struct gbg_device *device);
     /* The kernels for this device (the instruction set that its context chose). */
     const struct gbg_kernels *(*kernels)(const struct gbg_device *device);
 };

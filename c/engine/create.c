@@ -22,9 +22,9 @@ static int allocate_state(struct gbg_engine *engine, int ids_are_indices)
 {
     struct gbg_state *state = &engine->state;
     const struct gbg_scene *scene = &engine->scene;
-    int status = GBG_OK, sources = scene->n_forces > 0 && scene->n_species > 1;
+    int status = GBG_OK, sources = 0;
     for (int f = 0; f < scene->n_forces; f++) {
-        sources |= scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE;
+        sources |= scene->force[f].sum == GBG_SUM_CUTOFF && scene->n_species > 1;
     }
     for (int a = 0; status == GBG_OK && a < scene->dimension; a++) {
         status = device_array(engine, &state->high[a], 4, "positions");
@@ -220,6 +220,9 @@ int gbg_engine_make(struct gbg_scene *scene, const struct gbg_particles *particl
     status = fill_engine(made, scene, particles);
     if (status == GBG_OK) {
         status = gbg_engine_check_overlaps(made, "gbg_engine_create");
+    }
+    if (status == GBG_OK) {
+        status = gbg_engine_prepare(made);
     }
     if (status != GBG_OK) {
         gbg_engine_free(made);

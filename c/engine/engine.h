@@ -59,6 +59,10 @@ void gbg_engine_free(struct gbg_engine *engine);
 /* Fills engine->plan and makes the lists; refuses what the backend cannot do. */
 int gbg_engine_plan(struct gbg_engine *engine);
 
+/* Takes all memory that running needs: nothing is allocated in a step but when a list outgrows
+ * every earlier one. */
+int gbg_engine_prepare(struct gbg_engine *engine);
+
 /* Advances; a refused step leaves the state of the last good one. */
 int gbg_engine_advance(struct gbg_engine *engine, int64_t steps);
 /* Forces at the present positions into state.force (made if the scene has none: zeros). */

@@ -111,7 +111,7 @@ static int plan_forces(struct gbg_engine *engine)
                                 f, engine->backend->name);
             }
             step = add(engine, engine->use_double ? "direct_double" : "direct_mixed",
-                       f == 0 ? words + 4.0 : 4.0, gbg_step_direct,
+                       f == 0 ? words : 0.0, gbg_step_direct,
                        "r/r^%g over all pairs, nearest images", force->power + 1.0);
         }
         step->force = f;
@@ -163,6 +163,7 @@ double gbg_engine_bytes(const struct gbg_engine *engine)
     if (engine->pairs) {
         bytes += engine->kernels->list_bytes(engine->pairs) / n;
     }
+    bytes += engine->backend->scratch_bytes(engine->device) / n;
     if (engine->contacts) {
         bytes += engine->kernels->list_bytes(engine->contacts) / n;
     }

@@ -108,6 +108,11 @@ int gbg_cpu_workspace(struct gbg_device *device, size_t bytes, void **pointer)
     return GBG_OK;
 }
 
+double gbg_cpu_scratch_bytes(const struct gbg_device *device)
+{
+    return (double)device->workspace_bytes;
+}
+
 static int allocate(struct gbg_device *device, void **pointer, int64_t count, size_t size,
                     const char *what)
 {
@@ -148,5 +153,6 @@ const struct gbg_backend gbg_backend_cpu = {
     .upload = gbg_cpu_copy,
     .download = gbg_cpu_copy,
     .sync = gbg_cpu_sync,
+    .scratch_bytes = gbg_cpu_scratch_bytes,
     .kernels = gbg_cpu_kernels,
 };

@@ -34,6 +34,7 @@ int gbg_cpu_scratch(struct gbg_device *device, void **pointer, int64_t count, si
 
 /* Memory that the device keeps for its next kernels: grows at first use, undefined contents. */
 int gbg_cpu_workspace(struct gbg_device *device, size_t bytes, void **pointer);
+double gbg_cpu_scratch_bytes(const struct gbg_device *device);
 
 /* Functions of the backend that the poison backend shares. */
 int gbg_cpu_probe(struct gbg_context *context);

@@ -76,6 +76,12 @@ static int lay_out(struct gbg_device *device, const struct gbg_state *state,
     return GBG_OK;
 }
 
+int gbg_cpu_direct_reserve(struct gbg_device *device, const struct gbg_state *state)
+{
+    struct gbg_direct direct = {.dimension = state->box.dimension};
+    return lay_out(device, state, &direct);
+}
+
 static void fill(const struct gbg_state *state, double largest, double norm, int threads,
                  const struct gbg_direct *direct)
 {

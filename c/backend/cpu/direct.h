@@ -78,6 +78,7 @@ static inline double gbg_direct_sum_lanes(double lane[GBG_DIRECT_LANES])
     return lane[0];
 }
 
+int gbg_cpu_direct_reserve(struct gbg_device *device, const struct gbg_state *state);
 int gbg_cpu_direct_targets(struct gbg_device *device, struct gbg_state *state, double power,
                            double cutoff, int64_t n_targets, const int32_t *target,
                            double *const *out);

@@ -92,5 +92,6 @@ const struct gbg_backend gbg_backend_poison = {
     .upload = gbg_cpu_copy,
     .download = gbg_cpu_copy,
     .sync = gbg_cpu_sync,
+    .scratch_bytes = gbg_cpu_scratch_bytes,
     .kernels = gbg_cpu_kernels,
 };
