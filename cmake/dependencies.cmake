@@ -29,6 +29,11 @@ if(GBG_WITH_OPENMP)
     message(FATAL_ERROR "OpenMP was not found: configure with -DGBG_WITH_OPENMP=OFF")
   endif()
   target_link_libraries(gamboge_flags INTERFACE OpenMP::OpenMP_C)
+  if(GBG_SANITIZE MATCHES thread AND OpenMP_omp_LIBRARY)
+    # Where clang's OpenMP finds Archer, which tells the thread sanitizer of barriers and locks.
+    cmake_path(GET OpenMP_omp_LIBRARY PARENT_PATH GBG_ARCHER_DIR)
+    list(APPEND CMAKE_BUILD_RPATH ${GBG_ARCHER_DIR})
+  endif()
 else()
   # Only simd pragmas are read, so that what num_threads() names may be used nowhere.
   target_compile_options(gamboge_flags INTERFACE -fopenmp-simd -Wno-unused-parameter)
