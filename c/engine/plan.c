@@ -6,11 +6,6 @@
 #include "engine/engine.h"
 #include "engine/steps.h"
 
-/* A high word is 2^-32 of the box. Pair forces from high words alone are wrong by about
- * power * 2^-32 L/(2.4 d) for a pair at distance d; the mixed kernel is taken while that stays
- * below this. */
-static const double mixed_limit = 3e-7;
-
 static struct gbg_plan_step *add(struct gbg_engine *engine, const char *kernel, double bytes,
                                  int (*run)(struct gbg_engine *, const struct gbg_plan_step *),
                                  const char *format, ...)
@@ -24,38 +19,6 @@ static struct gbg_plan_step *add(struct gbg_engine *engine, const char *kernel, 
     vsnprintf(step->what, sizeof step->what, format, arguments);
     va_end(arguments);
     return step;
-}
-
-/* A length below which few pairs come: contact, or a tenth of the mean distance of points. */
-static double close_distance(const struct gbg_engine *engine)
-{
-    if (engine->least_contact > 0.0) {
-        return engine->least_contact;
-    }
-    double volume = 1.0;
-    int dimension = engine->state.box.dimension;
-    for (int a = 0; a < dimension; a++) {
-        volume *= engine->state.box.length[a];
-    }
-    double n = engine->state.owned > 0 ? (double)engine->state.owned : 1.0;
-    return 0.1 * pow(volume / n, 1.0 / dimension);
-}
-
-static void choose_precision(struct gbg_engine *engine)
-{
-    const struct gbg_scene *scene = &engine->scene;
-    double longest = 0.0, power = 0.0;
-    for (int a = 0; a < scene->dimension; a++) {
-        longest = fmax(longest, engine->state.box.length[a]);
-    }
-    for (int f = 0; f < scene->n_forces; f++) {
-        if (scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
-            power = fmax(power, scene->force[f].power);
-        }
-    }
-    double error = power * 0x1p-32 * longest / (2.4 * close_distance(engine));
-    engine->use_double = scene->precision == GBG_PRECISION_DOUBLE ||
-                         (scene->precision == GBG_PRECISION_AUTO && error > mixed_limit);
 }
 
 /* A list of that reach, with the skin that the scene gives or a default, at most the reach. */
@@ -134,7 +97,7 @@ int gbg_engine_plan(struct gbg_engine *engine)
 {
     const struct gbg_scene *scene = &engine->scene;
     double words = 8.0 * scene->dimension;
-    choose_precision(engine);
+    engine->use_double = scene->precision == GBG_PRECISION_DOUBLE; /* auto: mixed, 1e-6 or better */
     int status = plan_forces(engine);
     if (status == GBG_OK && engine->contact > 0.0) {
         add(engine, "keep", words, gbg_step_keep, "positions before the step");
