@@ -28,8 +28,8 @@ static inline struct gbg_context *made_context(const char *text)
     return context;
 }
 
-/* A resolved scene without particles: Brownian, no forces, bounce rule, two species A(alpha -1,
- * mobility 1) and B(alpha 1, mobility -2) of diameter 1. */
+/* A resolved scene without particles (both species count as present): Brownian, no forces, bounce
+ * rule, two species A(alpha -1, mobility 1) and B(alpha 1, mobility -2) of diameter 1. */
 static inline struct gbg_scene made_scene(struct gbg_context *context, int dimension,
                                           const double *length)
 {
@@ -38,10 +38,10 @@ static inline struct gbg_scene made_scene(struct gbg_context *context, int dimen
         scene.length[a] = length[a];
         scene.origin[a] = -0.25 * length[a];
     }
-    scene.species[0] =
-        (struct gbg_species){.name = "A", .diameter = 1.0, .alpha = -1.0, .mobility = 1.0};
-    scene.species[1] =
-        (struct gbg_species){.name = "B", .diameter = 1.0, .alpha = 1.0, .mobility = -2.0};
+    scene.species[0] = (struct gbg_species){
+        .name = "A", .diameter = 1.0, .alpha = -1.0, .mobility = 1.0, .count = 1};
+    scene.species[1] = (struct gbg_species){
+        .name = "B", .diameter = 1.0, .alpha = 1.0, .mobility = -2.0, .count = 1};
     scene.start = GBG_START_LATTICE;
     scene.rule = GBG_RULE_BOUNCE;
     scene.max_rounds = 10000;
