@@ -80,6 +80,9 @@ void gbg_list_destroy(struct gbg_device *device, struct gbg_list *list)
     for (int c = 0; list->chunk && c < list->n_chunks; c++) {
         struct gbg_chunk *chunk = &list->chunk[c];
         gbg_release(chunk->index);
+        for (int l = 0; l < GBG_SLICE; l++) {
+            gbg_release(chunk->row[l].index);
+        }
         gbg_release(chunk->look);
         gbg_release(chunk->move);
         for (int a = 0; a < 3; a++) {
@@ -131,13 +134,7 @@ static void refresh_local(struct gbg_device *device, const struct gbg_state *sta
     (void)device;
 }
 
-/* Neighbours of the particle in `slot`, ascending; returns their number, -1 when out of memory. */
-struct row {
-    int32_t *index;
-    int64_t count, capacity;
-};
-
-static int row_push(struct gbg_context *context, struct row *row, int32_t j)
+static int row_push(struct gbg_context *context, struct gbg_row *row, int32_t j)
 {
     if (row->count == row->capacity) {
         void *larger;
@@ -163,7 +160,7 @@ static int row_push(struct gbg_context *context, struct row *row, int32_t j)
 }
 
 static int find_neighbours(struct gbg_context *context, const struct gbg_state *state,
-                           const struct gbg_list *list, int32_t i, struct row *row)
+                           const struct gbg_list *list, int32_t i, struct gbg_row *row)
 {
     const struct gbg_grid *grid = &list->grid;
     struct gbg_run runs[GBG_RUNS_MAX];
@@ -214,9 +211,9 @@ static int reserve_index(struct gbg_context *context, struct gbg_chunk *chunk, i
 /* Rows of one slice: found one after the other, then laid out slot by slot. A short row is filled
  * up with its own particle, which every pair kernel skips because its distance is zero. */
 static int build_slice(struct gbg_context *context, const struct gbg_state *state,
-                       struct gbg_list *list, struct gbg_chunk *chunk, int64_t slice,
-                       struct row rows[GBG_SLICE])
+                       struct gbg_list *list, struct gbg_chunk *chunk, int64_t slice)
 {
+    struct gbg_row *rows = chunk->row;
     int64_t width = 0;
     for (int l = 0; l < GBG_SLICE; l++) {
         int64_t i = slice * GBG_SLICE + l;
@@ -249,14 +246,13 @@ static int build_slice(struct gbg_context *context, const struct gbg_state *stat
 static void build_chunk(struct gbg_context *context, const struct gbg_state *state,
                         struct gbg_list *list, struct gbg_chunk *chunk)
 {
-    struct row rows[GBG_SLICE] = {{NULL, 0, 0}};
     chunk->used = 0;
     chunk->status = GBG_OK;
     for (int64_t s = chunk->first_slice; s < chunk->end_slice && chunk->status == GBG_OK; s++) {
-        chunk->status = build_slice(context, state, list, chunk, s, rows);
+        chunk->status = build_slice(context, state, list, chunk, s);
     }
-    for (int l = 0; l < GBG_SLICE; l++) {
-        gbg_release(rows[l].index);
+    if (chunk->status == GBG_OK && list->builds == 0) { /* room to grow without asking again */
+        chunk->status = reserve_index(context, chunk, chunk->used / 2);
     }
 }
 

@@ -9,9 +9,16 @@
 
 enum { GBG_SLICE = 16 };
 
+/* Neighbours of one particle while a list is built. */
+struct gbg_row {
+    int32_t *index;
+    int64_t count, capacity;
+};
+
 /* A range of slices that one thread works on, with its own memory. */
 struct gbg_chunk {
     int64_t first_slice, end_slice;
+    struct gbg_row row[GBG_SLICE];
     int32_t *index; /* neighbour k of lane l of a slice: index[offset + k GBG_SLICE + l] */
     int64_t used, capacity;
     /* contact rounds: particles to look at, particles to move, and by how many quanta */
