@@ -10,7 +10,7 @@ module gamboge_analysis
       gbg_analysis_set_text, gbg_analysis_size, gbg_analysis_write, gbg_e_argument, gbg_e_order, &
       gbg_ok
    use gamboge_context, only: context_of, gbg_context_t
-   use gamboge_layout, only: drop, match_size, points, take
+   use gamboge_layout, only: drop, points, take, take_species
    use gamboge_tools, only: buffer_text, c_text, context_handle, context_hold, context_release, &
       context_state, narrow, report, stop_copy, text_capacity
    implicit none
@@ -141,7 +141,7 @@ contains
       ! x(2,n) or x(3,n) [length]; in two dimensions a third row is ignored
       real(real64), intent(in), target :: x(:, :)
       ! of each particle, from 1; all the first without it
-      integer(int32), intent(in), contiguous, optional, target :: species(:)
+      integer(int32), intent(in), optional, target :: species(:)
       ! the frame's own box [length], that of create without it
       real(real64), intent(in), optional :: lengths(:)
       ! absolute error of a stored coordinate [length], 0 without it
@@ -150,7 +150,8 @@ contains
       character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x)
-      call add(self, p, species, lengths, storage_error)
+      call take_species(p, adding, species)
+      call add(self, p, lengths, storage_error)
       call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine matrix64
 
@@ -159,21 +160,22 @@ contains
       real(real64), intent(in), target :: x(:), y(:)
       ! ignored in two dimensions
       real(real64), intent(in), optional, target :: z(:)
-      integer(int32), intent(in), contiguous, optional, target :: species(:)
+      integer(int32), intent(in), optional, target :: species(:)
       real(real64), intent(in), optional :: lengths(:)
       real(real64), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
-      call add(self, p, species, lengths, storage_error)
+      call take_species(p, adding, species)
+      call add(self, p, lengths, storage_error)
       call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine separate64
 
    subroutine matrix32(self, x, species, lengths, storage_error, stat, errmsg)
       class(gbg_analysis_t), intent(inout) :: self
       real(real32), intent(in) :: x(:, :)
-      integer(int32), intent(in), contiguous, optional, target :: species(:)
+      integer(int32), intent(in), optional, target :: species(:)
       real(real32), intent(in), optional :: lengths(:)
       real(real32), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
@@ -183,7 +185,8 @@ contains
       if (present(lengths)) allocate (edges, source=real(lengths, real64))
       if (present(storage_error)) error = storage_error
       call take(p, adding, self%axes, x)
-      call add(self, p, species, edges, error)
+      call take_species(p, adding, species)
+      call add(self, p, edges, error)
       call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine matrix32
 
@@ -191,7 +194,7 @@ contains
       class(gbg_analysis_t), intent(inout) :: self
       real(real32), intent(in) :: x(:), y(:)
       real(real32), intent(in), optional :: z(:)
-      integer(int32), intent(in), contiguous, optional, target :: species(:)
+      integer(int32), intent(in), optional, target :: species(:)
       real(real32), intent(in), optional :: lengths(:)
       real(real32), intent(in), optional :: storage_error
       integer, intent(out), optional :: stat
@@ -201,7 +204,8 @@ contains
       if (present(lengths)) allocate (edges, source=real(lengths, real64))
       if (present(storage_error)) error = storage_error
       call take(p, adding, self%axes, x, y, z)
-      call add(self, p, species, edges, error)
+      call take_species(p, adding, species)
+      call add(self, p, edges, error)
       call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine separate32
 
@@ -216,7 +220,8 @@ contains
       character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x)
-      call add(self, p, int(species, int32), lengths, storage_error)
+      call take_species(p, adding, species)
+      call add(self, p, lengths, storage_error)
       call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine matrix64_int64
 
@@ -231,25 +236,20 @@ contains
       character(*), intent(inout), optional :: errmsg
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
-      call add(self, p, int(species, int32), lengths, storage_error)
+      call take_species(p, adding, species)
+      call add(self, p, lengths, storage_error)
       call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine separate64_int64
 
-   subroutine add(self, p, species, lengths, storage_error)
+   subroutine add(self, p, lengths, storage_error)
       class(gbg_analysis_t), intent(inout) :: self
       type(points), intent(inout) :: p
-      integer(int32), intent(in), contiguous, optional, target :: species(:)
       real(real64), intent(in), optional :: lengths(:), storage_error
       real(real64), target :: edges(3)
       real(real64) :: error
-      type(c_ptr) :: species_at, edges_at
-      species_at = c_null_ptr
+      type(c_ptr) :: edges_at
       edges_at = c_null_ptr
       error = 0
-      if (present(species)) then
-         call match_size(p, adding, 'species', size(species, kind=int64))
-         if (size(species) > 0) species_at = c_loc(species)
-      end if
       if (present(lengths) .and. p%status == gbg_ok) then
          if (size(lengths) /= self%axes) then
             p%status = gbg_e_argument
@@ -261,8 +261,8 @@ contains
       end if
       if (present(storage_error)) error = storage_error
       if (p%status == gbg_ok) p%status = &
-         gbg_analysis_add_frame(self%handle, p%n, p%x, p%y, p%z, p%step, species_at, 1_c_int, &
-                                edges_at, error)
+         gbg_analysis_add_frame(self%handle, p%n, p%x, p%y, p%z, p%step, p%species_at, &
+                                1_c_int, edges_at, error)
       call drop(p)
    end subroutine add
 

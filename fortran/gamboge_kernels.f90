@@ -216,7 +216,7 @@ contains
       ! number of overlapping pairs, also of those for which there was no room
       integer(int32), intent(inout) :: count
       ! receive the pairs as far as there is room, first < second, sorted
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       ! of the distance, relative; 0 without it
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
@@ -236,7 +236,7 @@ contains
       real(real64), intent(in), target :: x(:), y(:)
       real(real64), intent(in), contiguous :: diameter(:)
       integer(int32), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -255,7 +255,7 @@ contains
       real(real64), intent(in), target :: x(:), y(:), z(:)
       real(real64), intent(in), contiguous :: diameter(:)
       integer(int32), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -274,7 +274,7 @@ contains
       real(real32), intent(in) :: x(:, :)
       real(real32), intent(in) :: diameter(:)
       integer(int32), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real32), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -297,7 +297,7 @@ contains
       real(real32), intent(in) :: x(:), y(:)
       real(real32), intent(in) :: diameter(:)
       integer(int32), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real32), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -320,7 +320,7 @@ contains
       real(real32), intent(in) :: x(:), y(:), z(:)
       real(real32), intent(in) :: diameter(:)
       integer(int32), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real32), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -343,7 +343,7 @@ contains
       real(real64), intent(in), target :: x(:, :)
       real(real64), intent(in), contiguous :: diameter(:)
       integer(int64), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -360,7 +360,7 @@ contains
       real(real64), intent(in), target :: x(:), y(:)
       real(real64), intent(in), contiguous :: diameter(:)
       integer(int64), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -377,7 +377,7 @@ contains
       real(real64), intent(in), target :: x(:), y(:), z(:)
       real(real64), intent(in), contiguous :: diameter(:)
       integer(int64), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -393,27 +393,25 @@ contains
       type(points), intent(inout) :: p
       real(real64), intent(in), contiguous :: diameter(:)
       integer(int64), intent(inout) :: count
-      integer(int32), intent(inout), contiguous, optional :: first(:), second(:)
+      integer(int32), intent(inout), optional :: first(:), second(:)
       real(real64), intent(in), optional :: tolerance
-      integer(int32) :: none(1)
+      integer(int32), allocatable :: a(:), b(:)
       integer(int64) :: capacity
       real(real64) :: slack
       slack = 0
+      capacity = 0
       if (present(tolerance)) slack = tolerance
+      if (present(first) .and. present(second)) &
+         capacity = min(size(first, kind=int64), size(second, kind=int64))
+      allocate (a(capacity), b(capacity))
       call match_size(p, 'gbg_overlaps_find', 'diameter', size(diameter, kind=int64))
-      if (p%status == gbg_ok) then
-         associate (handle => context_handle(context_of(context)))
-            if (present(first) .and. present(second)) then
-               capacity = min(size(first, kind=int64), size(second, kind=int64))
-               p%status = c_overlaps_find(handle, size(lengths), lengths, p%n, p%x, p%y, p%z, &
-                                          p%step, diameter, slack, 1_c_int, capacity, first, &
-                                          second, count)
-            else
-               p%status = c_overlaps_find(handle, size(lengths), lengths, p%n, p%x, p%y, p%z, &
-                                          p%step, diameter, slack, 1_c_int, 0_int64, none, none, &
-                                          count)
-            end if
-         end associate
+      if (p%status == gbg_ok) p%status = &
+         c_overlaps_find(context_handle(context_of(context)), size(lengths), lengths, p%n, p%x, &
+                         p%y, p%z, p%step, diameter, slack, 1_c_int, capacity, a, b, count)
+      if (p%status == gbg_ok .and. capacity > 0) then
+         capacity = min(capacity, count)
+         first(:capacity) = a(:capacity)
+         second(:capacity) = b(:capacity)
       end if
       call drop(p)
    end subroutine find

@@ -3,12 +3,12 @@
 ! and put_back returns what C wrote there.
 module gamboge_layout
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t, c_loc, c_null_ptr, c_ptr
-   use, intrinsic :: iso_fortran_env, only: int64, real32, real64
+   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
    use gamboge_c, only: gbg_e_argument, gbg_ok
    implicit none
    private
 
-   public :: take, put_back, drop, match_size
+   public :: take, put_back, drop, take_species, take_ids, match_size
 
    type, public :: points
       integer(int64) :: n = 0
@@ -18,6 +18,11 @@ module gamboge_layout
       integer(c_intptr_t) :: step = 1
       ! the copy (dimension,n), when there has to be one
       real(real64), pointer :: buffer(:, :) => null()
+      ! null without them
+      type(c_ptr) :: species_at = c_null_ptr, ids_at = c_null_ptr
+      ! their copies, when there have to be some
+      integer(int32), pointer :: species(:) => null()
+      integer(int64), pointer :: ids(:) => null()
       ! gbg_e_argument, with a sentence, when the shape cannot be coordinates
       integer(c_int) :: status = gbg_ok
       character(:), allocatable :: problem
@@ -34,6 +39,11 @@ module gamboge_layout
    interface put_back
       module procedure put_matrix64, put_separate64, put_matrix32, put_separate32
    end interface put_back
+
+   ! take_species(p, call_name, species): of each particle in p, after take; may be absent.
+   interface take_species
+      module procedure take_species32, take_species64
+   end interface take_species
 
    integer(c_intptr_t), parameter :: element = storage_size(1.0_real64)/8
 
@@ -108,6 +118,40 @@ contains
       if (dimension == 3) p%buffer(3, :) = z
    end subroutine take_separate32
 
+   subroutine take_species32(p, call_name, species)
+      type(points), intent(inout) :: p
+      character(*), intent(in) :: call_name
+      integer(int32), intent(in), optional, target :: species(:)
+      if (.not. present(species)) return
+      call match_size(p, call_name, 'species', size(species, kind=int64))
+      if (p%status /= gbg_ok .or. p%n == 0) return
+      p%species_at = c_loc(species(1))
+      if (is_contiguous(species)) return
+      allocate (p%species, source=species)
+      p%species_at = c_loc(p%species)
+   end subroutine take_species32
+
+   subroutine take_species64(p, call_name, species)
+      type(points), intent(inout) :: p
+      character(*), intent(in) :: call_name
+      integer(int64), intent(in) :: species(:)
+      allocate (p%species, source=int(species, int32))
+      call take_species32(p, call_name, p%species)
+   end subroutine take_species64
+
+   subroutine take_ids(p, call_name, ids)
+      type(points), intent(inout) :: p
+      character(*), intent(in) :: call_name
+      integer(int64), intent(in), optional, target :: ids(:)
+      if (.not. present(ids)) return
+      call match_size(p, call_name, 'ids', size(ids, kind=int64))
+      if (p%status /= gbg_ok .or. p%n == 0) return
+      p%ids_at = c_loc(ids(1))
+      if (is_contiguous(ids)) return
+      allocate (p%ids, source=ids)
+      p%ids_at = c_loc(p%ids)
+   end subroutine take_ids
+
    subroutine put_matrix64(p, x)
       type(points), intent(inout) :: p
       real(real64), intent(inout) :: x(:, :)
@@ -156,6 +200,8 @@ contains
    subroutine drop(p)
       type(points), intent(inout) :: p
       if (associated(p%buffer)) deallocate (p%buffer)
+      if (associated(p%species)) deallocate (p%species)
+      if (associated(p%ids)) deallocate (p%ids)
    end subroutine drop
 
    ! Notes a problem when an array that goes with the particles has another size.

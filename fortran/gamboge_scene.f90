@@ -380,9 +380,9 @@ module gamboge_scene
          ! x(2,n) or x(3,n) [length]; any finite value, wrapped into the box
          real(real64), intent(in), target :: x(:, :)
          ! of each particle, from 1; all the first without it
-         integer(int32), intent(in), contiguous, optional, target :: species(:)
+         integer(int32), intent(in), optional, target :: species(:)
          ! permanent and distinct, from 0; the next free ones without them
-         integer(int64), intent(in), contiguous, optional, target :: ids(:)
+         integer(int64), intent(in), optional, target :: ids(:)
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_matrix64
@@ -394,8 +394,8 @@ module gamboge_scene
          real(real64), intent(in), target :: x(:), y(:)
          ! ignored in two dimensions
          real(real64), intent(in), optional, target :: z(:)
-         integer(int32), intent(in), contiguous, optional, target :: species(:)
-         integer(int64), intent(in), contiguous, optional, target :: ids(:)
+         integer(int32), intent(in), optional, target :: species(:)
+         integer(int64), intent(in), optional, target :: ids(:)
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_separate64
@@ -403,8 +403,8 @@ module gamboge_scene
       module subroutine add_matrix32(self, x, species, ids, stat, errmsg)
          class(gbg_scene_t), intent(inout) :: self
          real(real32), intent(in) :: x(:, :)
-         integer(int32), intent(in), contiguous, optional, target :: species(:)
-         integer(int64), intent(in), contiguous, optional, target :: ids(:)
+         integer(int32), intent(in), optional, target :: species(:)
+         integer(int64), intent(in), optional, target :: ids(:)
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_matrix32
@@ -413,8 +413,8 @@ module gamboge_scene
          class(gbg_scene_t), intent(inout) :: self
          real(real32), intent(in) :: x(:), y(:)
          real(real32), intent(in), optional :: z(:)
-         integer(int32), intent(in), contiguous, optional, target :: species(:)
-         integer(int64), intent(in), contiguous, optional, target :: ids(:)
+         integer(int32), intent(in), optional, target :: species(:)
+         integer(int64), intent(in), optional, target :: ids(:)
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_separate32
@@ -424,7 +424,7 @@ module gamboge_scene
          class(gbg_scene_t), intent(inout) :: self
          real(real64), intent(in), target :: x(:, :)
          integer(int64), intent(in) :: species(:)
-         integer(int64), intent(in), contiguous, optional, target :: ids(:)
+         integer(int64), intent(in), optional, target :: ids(:)
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_matrix64_int64
@@ -434,7 +434,7 @@ module gamboge_scene
          real(real64), intent(in), target :: x(:), y(:)
          real(real64), intent(in), optional, target :: z(:)
          integer(int64), intent(in) :: species(:)
-         integer(int64), intent(in), contiguous, optional, target :: ids(:)
+         integer(int64), intent(in), optional, target :: ids(:)
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_separate64_int64

@@ -8,7 +8,7 @@ submodule(gamboge_scene) gamboge_scene_calls
       gbg_scene_get_text, gbg_scene_read, gbg_scene_set_box, gbg_scene_set_integer, &
       gbg_scene_set_real, gbg_scene_set_text, gbg_scene_size
    use gamboge_context, only: context_of
-   use gamboge_layout, only: drop, match_size, points, take
+   use gamboge_layout, only: drop, points, take, take_ids, take_species
    use gamboge_tools, only: buffer_text, c_text, context_handle, context_hold, context_release, &
       f_text, narrow, report, stop_copy, text_capacity
    implicit none
@@ -318,65 +318,61 @@ contains
    module procedure add_matrix64
       type(points) :: p
       call take(p, adding, self%axes, x)
-      call add_points(self, p, species, ids)
-      call report(self%context, p%status, stat, errmsg, p%problem)
+      call take_species(p, adding, species)
+      call take_ids(p, adding, ids)
+      call add_points(self, p, stat, errmsg)
    end procedure add_matrix64
 
    module procedure add_separate64
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
-      call add_points(self, p, species, ids)
-      call report(self%context, p%status, stat, errmsg, p%problem)
+      call take_species(p, adding, species)
+      call take_ids(p, adding, ids)
+      call add_points(self, p, stat, errmsg)
    end procedure add_separate64
 
    module procedure add_matrix32
       type(points) :: p
       call take(p, adding, self%axes, x)
-      call add_points(self, p, species, ids)
-      call report(self%context, p%status, stat, errmsg, p%problem)
+      call take_species(p, adding, species)
+      call take_ids(p, adding, ids)
+      call add_points(self, p, stat, errmsg)
    end procedure add_matrix32
 
    module procedure add_separate32
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
-      call add_points(self, p, species, ids)
-      call report(self%context, p%status, stat, errmsg, p%problem)
+      call take_species(p, adding, species)
+      call take_ids(p, adding, ids)
+      call add_points(self, p, stat, errmsg)
    end procedure add_separate32
 
    module procedure add_matrix64_int64
       type(points) :: p
       call take(p, adding, self%axes, x)
-      call add_points(self, p, int(species, int32), ids)
-      call report(self%context, p%status, stat, errmsg, p%problem)
+      call take_species(p, adding, species)
+      call take_ids(p, adding, ids)
+      call add_points(self, p, stat, errmsg)
    end procedure add_matrix64_int64
 
    module procedure add_separate64_int64
       type(points) :: p
       call take(p, adding, self%axes, x, y, z)
-      call add_points(self, p, int(species, int32), ids)
-      call report(self%context, p%status, stat, errmsg, p%problem)
+      call take_species(p, adding, species)
+      call take_ids(p, adding, ids)
+      call add_points(self, p, stat, errmsg)
    end procedure add_separate64_int64
 
-   subroutine add_points(self, p, species, ids)
+   subroutine add_points(self, p, stat, errmsg)
       class(gbg_scene_t), intent(inout) :: self
       type(points), intent(inout) :: p
-      integer(int32), intent(in), contiguous, optional, target :: species(:)
-      integer(int64), intent(in), contiguous, optional, target :: ids(:)
-      type(c_ptr) :: species_at, ids_at
-      species_at = c_null_ptr
-      ids_at = c_null_ptr
-      if (present(species)) then
-         call match_size(p, adding, 'species', size(species, kind=int64))
-         if (size(species) > 0) species_at = c_loc(species)
-      end if
-      if (present(ids)) then
-         call match_size(p, adding, 'ids', size(ids, kind=int64))
-         if (size(ids) > 0) ids_at = c_loc(ids)
-      end if
+      integer, intent(out), optional :: stat
+      character(*), intent(inout), optional :: errmsg
       if (p%status == gbg_ok) p%status = &
-         gbg_scene_add_particles(self%handle, p%n, p%x, p%y, p%z, p%step, species_at, 1_c_int, &
-                                 ids_at)
+         gbg_scene_add_particles(self%handle, p%n, p%x, p%y, p%z, p%step, p%species_at, 1_c_int, &
+                                 p%ids_at)
       call drop(p)
+      call report(self%context, p%status, stat, errmsg, p%problem)
    end subroutine add_points
 
    module procedure scene_check

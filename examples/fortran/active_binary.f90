@@ -11,7 +11,6 @@ program active_binary
    type(gbg_engine_t) :: engine
    real(real64) :: x(2, particles), f(2, particles), lengths(2), error, relative
    integer :: species(particles)
-   character(:), allocatable :: hash
 
    call context%create()
    call make_scene()
@@ -29,10 +28,9 @@ program active_binary
    ! The sum of all forces is not 0; the library measures the error of the forces itself.
    call engine%get_forces(f)
    call engine%force_error(error, relative)
-   call engine%hash(hash)
    print '(a,1x,f14.6)', 'sum_of_forces', norm2(sum(f, dim=2))
    print '(a,1x,i0)', 'force_error_below_1e-5', merge(1, 0, error < 1e-5_real64)
-   print '(a,1x,a)', 'hash', hash
+   call print_hash()
 
    call engine%destroy()
    call scene%destroy()
@@ -72,4 +70,10 @@ contains
          gap = gap + (nearest - 1)/count(species == 1)
       end do
    end function mean_gap
+
+   subroutine print_hash()
+      character(:), allocatable :: hash
+      call engine%hash(hash)
+      print '(a,1x,a)', 'hash', hash
+   end subroutine print_hash
 end program active_binary

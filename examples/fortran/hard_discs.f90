@@ -9,7 +9,6 @@ program hard_discs
    type(gbg_engine_t) :: engine
    real(real64) :: first(2, discs), last(2, discs), diameter(discs), lengths(2), time
    integer :: rounds, overlaps
-   character(:), allocatable :: hash
 
    ! A call that fails without stat stops the program with a message; with stat it returns.
    call context%create()
@@ -21,20 +20,13 @@ program hard_discs
    call engine%get_positions(last, wrapped=.false.)
    call engine%get('time', time)
    call engine%get('contact_rounds', rounds)
-   call engine%hash(hash)
 
    ! The same question to a kernel that knows nothing of the run.
    diameter = 1
    call engine%get_box(lengths)
    call gbg_overlaps_find(context, lengths, last, diameter, overlaps, tolerance=1e-12_real64)
 
-   ! Free discs have D = temperature/2, so that their MSD is 4 D t.
-   print '(a,1x,i0)', 'discs', discs
-   print '(a,1x,f18.12)', 'box_length', lengths(1)
-   print '(a,1x,i0)', 'contact_rounds_above_0', merge(1, 0, rounds > 0)
-   print '(a,1x,i0)', 'overlaps_found', overlaps
-   print '(a,1x,f14.9)', 'msd_over_free', sum((last - first)**2)/discs/(4*0.005_real64*time)
-   print '(a,1x,a)', 'hash', hash
+   call print_results()
 
    call engine%destroy()
    call scene%destroy()
@@ -54,4 +46,16 @@ contains
       call scene%set('run.seed', 7)
       call scene%set('output.trajectory.unwrapped', .true.)
    end subroutine make_scene
+
+   subroutine print_results()
+      character(:), allocatable :: hash
+      call engine%hash(hash)
+      ! Free discs have D = temperature/2, so that their MSD is 4 D t.
+      print '(a,1x,i0)', 'discs', discs
+      print '(a,1x,f18.12)', 'box_length', lengths(1)
+      print '(a,1x,i0)', 'contact_rounds_above_0', merge(1, 0, rounds > 0)
+      print '(a,1x,i0)', 'overlaps_found', overlaps
+      print '(a,1x,f14.9)', 'msd_over_free', sum((last - first)**2)/discs/(4*0.005_real64*time)
+      print '(a,1x,a)', 'hash', hash
+   end subroutine print_results
 end program hard_discs

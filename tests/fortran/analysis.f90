@@ -9,10 +9,10 @@ program analysis
    type(gbg_context_t) :: context
    type(gbg_analysis_t) :: sk
    real(real64) :: x(2, n), deep(3, n), line(2*n)
-   real(real64), allocatable :: k(:), s(:), wanted(:), values(:), errors(:)
+   real(real64), allocatable, save :: k(:), s(:), wanted(:), values(:), errors(:)
    integer :: species(n), i, a, shells, frames, stat
    integer(int64) :: long_shells
-   character(:), allocatable :: text
+   character(:), allocatable, save :: text
    character(300) :: errmsg
 
    do i = 1, n

@@ -9,7 +9,7 @@ program failures
    type(gbg_engine_t) :: engine
    type(gbg_trajectory_t) :: trajectory
    character(200) :: errmsg
-   character(:), allocatable :: text
+   character(:), allocatable, save :: text
    integer :: stat
    real(real64) :: x(2, 3), value
    integer(int64) :: many

@@ -6,7 +6,7 @@ program texts
    implicit none
    type(gbg_context_t) :: context
    type(gbg_scene_t) :: scene
-   character(:), allocatable :: text
+   character(:), allocatable, save :: text
    character(40) :: padded
    character(1000) :: long
    integer(int32) :: i32

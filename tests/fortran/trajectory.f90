@@ -11,7 +11,7 @@ program trajectory
    type(gbg_engine_t) :: engine
    type(gbg_trajectory_t) :: file
    real(real64) :: last(2, n), unwrapped(2, n)
-   character(:), allocatable :: hash
+   character(:), allocatable, save :: hash
    character(300) :: errmsg
    integer :: stat
 
