@@ -28,14 +28,20 @@ struct gbg_bench {
     int n_results, capacity;
 };
 
+/* Medians of one evaluation: on the clock, and summed over the cores that worked. On a machine that
+ * others use too, the second tells more about the code. */
+struct gbg_bench_seconds {
+    double wall, core;
+};
+
 /* One line of the table. Units are short words: "pairs", "deviates", "particle-steps". */
 struct gbg_bench_result {
     const char *what;      /* variant within the case, e.g. "2D power 2"; static storage */
     const char *precision; /* "mixed", "double"; static storage */
     const char *unit;
     int64_t n;
-    double work;                    /* units done in one evaluation */
-    double seconds;                 /* of one evaluation, median; filled in by gbg_bench_time */
+    double work;                      /* units done in one evaluation */
+    struct gbg_bench_seconds seconds; /* filled in by gbg_bench_time */
     double error_rms, error_median; /* RMS error over RMS and over median size; NAN: not measured */
     double allowed;                 /* largest error_rms that the case accepts; 0: no limit */
 };
@@ -46,8 +52,8 @@ struct gbg_bench_case {
     int (*run)(struct gbg_bench *bench);
 };
 
-/* Median time of at least 5 evaluations (more while they are short) after one to warm up. */
-int gbg_bench_time(int (*evaluate)(void *user), void *user, double *seconds);
+/* Median times of at least 5 evaluations (more while they are short) after one to warm up. */
+int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_seconds *seconds);
 
 /* Adds a line to the table and prints it. */
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result);

@@ -23,10 +23,10 @@ static const struct gbg_bench_case *const cases[] = {&gbg_bench_direct, &gbg_ben
 
 enum { CASES = sizeof cases / sizeof *cases };
 
-static double now(void)
+static double now(clockid_t clock)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -36,18 +36,25 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-int gbg_bench_time(int (*evaluate)(void *user), void *user, double *seconds)
+static double median(double *values, int n)
 {
-    double times[MOST_TIMES], total = 0.0;
+    qsort(values, (size_t)n, sizeof *values, ascending);
+    return n > 0 ? values[n / 2] : 0.0;
+}
+
+int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_seconds *seconds)
+{
+    double wall[MOST_TIMES], core[MOST_TIMES], total = 0.0;
     int n = 0, status = evaluate(user);
     while (status == 0 && n < MOST_TIMES && (n < LEAST_TIMES || total < ENOUGH_SECONDS)) {
-        double start = now();
+        double wall_start = now(CLOCK_MONOTONIC), core_start = now(CLOCK_PROCESS_CPUTIME_ID);
         status = evaluate(user);
-        times[n] = now() - start;
-        total += times[n++];
+        core[n] = now(CLOCK_PROCESS_CPUTIME_ID) - core_start;
+        wall[n] = now(CLOCK_MONOTONIC) - wall_start;
+        total += wall[n++];
     }
-    qsort(times, (size_t)n, sizeof *times, ascending);
-    *seconds = n > 0 ? times[n / 2] : 0.0;
+    seconds->wall = median(wall, n);
+    seconds->core = median(core, n);
     return status;
 }
 
@@ -98,8 +105,8 @@ static void print_head(const struct gbg_bench *bench)
     printf("case %s, backend %s (%s), %d thread%s, commit %s\n%s, %d cores, load %.2f\n",
            bench->case_name, name, instructions, threads, threads == 1 ? "" : "s",
            gbg_machine_commit(), machine.model, machine.cores, machine.load);
-    printf("%-26s %-9s %10s %12s %14s %12s %12s\n", "what", "precision", "N", "seconds",
-           "per second", "error/RMS", "error/median");
+    printf("%-26s %-9s %9s %11s %11s %12s %-15s %9s %12s\n", "what", "precision", "N", "seconds",
+           "per second", "core ns each", "", "error/RMS", "error/median");
 }
 
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
@@ -114,9 +121,10 @@ int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *res
         bench->capacity = capacity;
     }
     bench->result[bench->n_results++] = *result;
-    printf("%-26s %-9s %10lld %12.4e %9.3e %s %12.2e %12.2e%s\n", result->what, result->precision,
-           (long long)result->n, result->seconds, result->work / result->seconds, result->unit,
-           result->error_rms, result->error_median,
+    printf("%-26s %-9s %9lld %11.4e %11.3e %12.4g %-15s %9.2e %12.2e%s\n", result->what,
+           result->precision, (long long)result->n, result->seconds.wall,
+           result->work / result->seconds.wall, 1e9 * result->seconds.core / result->work,
+           result->unit, result->error_rms, result->error_median,
            result->allowed > 0.0 && !(result->error_rms <= result->allowed) ? "  TOO LARGE" : "");
     fflush(stdout);
     return 0;
@@ -147,8 +155,10 @@ static void write_results(FILE *file, const struct gbg_bench *bench)
             "\"instructions\": \"%s\", \"threads\": %d, \"precision\": \"%s\", \"unit\": \"%s\"",
             k ? "," : "", bench->case_name, r->what, (long long)r->n, name, instructions, threads,
             r->precision, r->unit);
-        write_number(file, "seconds", r->seconds);
-        write_number(file, "per_second", r->work / r->seconds);
+        write_number(file, "seconds", r->seconds.wall);
+        write_number(file, "core_seconds", r->seconds.core);
+        write_number(file, "per_second", r->work / r->seconds.wall);
+        write_number(file, "per_core_second", r->work / r->seconds.core);
         write_number(file, "error_over_rms", r->error_rms);
         write_number(file, "error_over_median", r->error_median);
         write_number(file, "allowed", r->allowed > 0.0 ? r->allowed : NAN);
