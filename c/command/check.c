@@ -125,20 +125,50 @@ static void print_output(const struct gbg_session *session, const char *kind)
     }
 }
 
-static void print_plan(const struct gbg_session *session)
+static void print_plan(const struct gbg_session *session, double bytes)
 {
     int lines = 0;
     gbg_engine_plan_size(session->engine, &lines);
-    printf("plan           kernel | what | bytes a particle\n");
+    printf("plan           kernel | what | bytes a particle that this step needs\n");
     for (int i = 0; i < lines; i++) {
         char text[GBG_TEXT_MOST];
         if (gbg_engine_plan_line(session->engine, i, sizeof text, text) == GBG_OK) {
             printf("  %s\n", text);
         }
     }
-    double bytes = 0;
-    gbg_engine_real(session->engine, "bytes_per_particle", &bytes);
-    printf("memory         %.4g bytes a particle\n", bytes);
+    printf("memory         %.4g bytes a particle in all\n", bytes);
+}
+
+/* What the scene does not carry, because nothing in it asks for it. */
+static void print_absent(const struct gbg_session *session)
+{
+    int n_species = 0, n_forces = 0, cut = 0;
+    gbg_scene_size(session->scene, &n_species, &n_forces);
+    for (int f = 0; f < n_forces; f++) {
+        double cutoff = 0;
+        gbg_scene_get_force(session->scene, f, NULL, NULL, &cutoff, NULL);
+        cut |= cutoff > 0;
+    }
+    const int cores = strcmp(gbg_session_text(session, "excluded_volume.rule"), "none") != 0;
+    const struct {
+        const char *name;
+        int carried;
+    } parts[] = {
+        {"species", n_species > 1},
+        {"forces", n_forces > 0},
+        {"neighbour lists", cut || cores},
+        {"positions before the step", cores},
+        {"image counts", gbg_session_integer(session, "output.trajectory.unwrapped", 0) != 0},
+        {"overlap flags", gbg_session_integer(session, "output.trajectory.overlap", 0) != 0}};
+    const char *separator = "";
+    printf("not needed     ");
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        if (!parts[k].carried) {
+            printf("%s%s", separator, parts[k].name);
+            separator = ", ";
+        }
+    }
+    printf("%s\n", *separator ? "" : "-");
 }
 
 static int check(const struct gbg_arguments *arguments, struct gbg_session *session)
@@ -150,6 +180,8 @@ static int check(const struct gbg_arguments *arguments, struct gbg_session *sess
     }
     const char *backend, *instructions;
     int threads;
+    double bytes = 0; /* before anything is read out, which takes buffers */
+    gbg_engine_real(session->engine, "bytes_per_particle", &bytes);
     gbg_context_backend(session->context, &backend, &instructions, &threads);
     printf("scene          %s\n", arguments->operand);
     printf("backend        %s, %s instructions, %d thread%s\n", backend, instructions, threads,
@@ -160,7 +192,8 @@ static int check(const struct gbg_arguments *arguments, struct gbg_session *sess
     print_rules(session);
     print_output(session, "trajectory");
     print_output(session, "restart");
-    print_plan(session);
+    print_plan(session, bytes);
+    print_absent(session);
     return GBG_EXIT_DONE;
 }
 
