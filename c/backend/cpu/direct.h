@@ -9,8 +9,8 @@
  * is: over the particles of a block that share a lane, then over the lanes. */
 enum { GBG_DIRECT_LANES = 16 };
 
-/* Particles that act at a time, and rows of partial sums: 16 kB an axis pair in the nearest cache.
- */
+/* Particles that act at a time, and rows of partial sums: 16 kB for two axes, in the nearest
+ * cache. */
 enum { GBG_DIRECT_TILE = 128 };
 
 /* Vectors shorter than this many quanta of the longest axis are too coarse in high words for 32-bit
@@ -23,8 +23,8 @@ struct gbg_power {
     int halves; /* 2 (power + 1) if that is a whole number, else 0 */
 };
 
-/* Particles in scaled units, padded with sources of strength 0 to whole blocks. A difference of
- * high words times scale[axis] is a length in units of `unit`. */
+/* Particles padded with sources of strength 0 to whole blocks. A difference of high words times
+ * scale[axis] is a length in the unit that gbg_direct_pack chose. */
 struct gbg_direct {
     int dimension;
     int64_t n, padded, block, blocks;
