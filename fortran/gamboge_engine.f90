@@ -183,7 +183,7 @@ contains
       class(gbg_engine_t), intent(in) :: self
       ! x(2,n) or x(3,n) [length]; in two dimensions a third row is left alone
       real(real64), intent(inout), target :: x(:, :)
-      ! .true. (the default): inside the box; .false. needs the option output.unwrapped
+      ! .true. (the default): inside the box; .false. needs output.trajectory.unwrapped
       logical, intent(in), optional :: wrapped
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg
@@ -408,7 +408,7 @@ contains
                   errmsg)
    end subroutine engine_get_ids
 
-   ! Who took part in an overlap during the last step; needs the scene option output.overlap.
+   ! Who took part in an overlap during the last step; needs output.trajectory.overlap.
    subroutine engine_get_overlapped(self, flags, stat, errmsg)
       class(gbg_engine_t), intent(in) :: self
       logical, intent(inout) :: flags(:)
@@ -421,7 +421,8 @@ contains
       call report(self%context, status, stat, errmsg)
    end subroutine engine_get_overlapped
 
-   ! 'time', 'dt', 'seconds' (spent in run), 'largest_move' (last step), ...
+   ! 'time', 'dt', 'seconds' (spent in run), 'largest_move' (last step), 'packing',
+   ! 'bytes_per_particle'.
    subroutine get_real64(self, name, value, stat, errmsg)
       class(gbg_engine_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -431,7 +432,7 @@ contains
       call report(self%context, gbg_engine_real(self%handle, c_text(name), value), stat, errmsg)
    end subroutine get_real64
 
-   ! 'step', 'particles', 'threads', 'contact_rounds', 'overlaps_left', 'bytes_per_particle', ...
+   ! 'step', 'particles', 'species', 'threads', 'list_builds', 'contact_rounds', 'contact_pairs'.
    subroutine get_int64(self, name, value, stat, errmsg)
       class(gbg_engine_t), intent(in) :: self
       character(*), intent(in) :: name

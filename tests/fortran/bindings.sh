@@ -1,6 +1,6 @@
 #!/bin/sh
 # Does module gamboge_c say what the C headers say? Compares every GBG_API function (name, result,
-# names and kinds of arguments) and the value of every public constant.
+# names and kinds of arguments) and the value of every public constant; a module has to offer each.
 # bindings.sh HEADER_DIR GENERATED_HEADER_DIR MODULE_DIR CC FC: exit status 1 and a list of
 # differences when they differ.
 set -eu
@@ -38,6 +38,12 @@ awk -v file="$module" '
         exit wrong
     }' "$work/fortran.txt" "$work/c.txt" || bad=1
 
+# A function that no object offers reaches nobody.
+modules=$(ls "$3"/gamboge_*.f90 | grep -v -e /gamboge_c.f90 -e /gamboge_constants.f90)
+for name in $(cut -d ' ' -f 1 "$work/c.txt"); do
+    grep -qw "$name" $modules || { echo "bindings: $name is used by no module in $3"; bad=1; }
+done
+
 # Constants: the enumerators and the status list of the headers, compiled and printed by both.
 awk -f "$here/constants.awk" "$headers"/*.h | sort -u > "$work/constants.txt"
 {
@@ -57,7 +63,9 @@ awk -f "$here/constants.awk" "$headers"/*.h | sort -u > "$work/constants.txt"
 } > "$work/constants.f90"
 $cc -I"$headers/.." -I"$generated" -I"$generated/gamboge" "$work/constants.c" -o "$work/constants_c"
 "$work/constants_c" > "$work/values_c.txt"
-if $fc -J"$work" "$constants" "$module" "$work/constants.f90" -o "$work/constants_f" 2> "$work/fc.log"; then
+if $fc -J"$work" "$constants" "$module" "$work/constants.f90" -o "$work/constants_f" \
+    2> "$work/fc.log"
+then
     "$work/constants_f" > "$work/values_f.txt"
     diff "$work/values_c.txt" "$work/values_f.txt" > "$work/diff.txt" ||
         { echo "bindings: constants differ (< C, > Fortran)"; cat "$work/diff.txt"; bad=1; }

@@ -1,5 +1,6 @@
 #!/bin/sh
-# bindings.sh must see a lost function, a lost argument, a wrong kind, a wrong and a lost constant.
+# bindings.sh must see a lost function, a lost argument, a wrong kind, a wrong and a lost constant,
+# and a function that no object offers.
 # Arguments as for bindings.sh.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -31,4 +32,6 @@ spoil "a wrong constant" gamboge_constants.f90 's/gbg_e_step = 9/gbg_e_step = 8/
     'constants differ'
 spoil "a lost constant" gamboge_constants.f90 '/gbg_max_forces = /d' \
     'constant of the headers is missing'
-echo "bindings.sh saw all five defects"
+spoil "a function that no object offers" gamboge_engine.f90 's/gbg_engine_save/gbg_engine_run/g' \
+    'gbg_engine_save is used by no module'
+echo "bindings.sh saw all six defects"

@@ -8,7 +8,11 @@ awk '
     /^```/ {
         if (inside) { inside = 0; next }
         fenced = !fenced
-        if (fenced && $0 ~ /^```(c|fortran|cmake)$/) { inside = 1; fenced = 0; first[++blocks] = FNR }
+        if (fenced && $0 ~ /^```(c|fortran|cmake)$/) {
+            inside = 1
+            fenced = 0
+            first[++blocks] = FNR
+        }
         next
     }
     inside { block[blocks, ++lines_of[blocks]] = bare($0) }

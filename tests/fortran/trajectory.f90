@@ -67,7 +67,7 @@ contains
       integer(int64) :: step, long_frames, long_particles
       real(real64) :: x(2, n), deep(3, n), rx(n), ry(n), time, lengths(2), origin(2), diameter(n)
       real(real32) :: single(2, n)
-      logical :: flags(n), now(n), is_double
+      logical :: flags(n), now(n), is_double, is_hard
       character(:), allocatable :: name
       call file%open(context, path)
       call file%get_size(frames, particles, n_species)
@@ -77,6 +77,8 @@ contains
       call check(file%dimension() == 2, 'dimension')
       call file%is_double(is_double)
       call check(is_double, 'double precision')
+      call file%is_hard(is_hard)
+      call check(is_hard, 'hard cores')
       call file%get_species(species)
       call check(all(species(1::2) == 1) .and. all(species(2::2) == 2), 'species')
       call file%get_diameters(diameter)
