@@ -1,4 +1,6 @@
 /* L4: what a scene holds: its species and forces, read back. */
+#include <string.h>
+
 #include "core/context.h"
 #include "core/text.h"
 #include "scene/scene.h"
@@ -41,10 +43,13 @@ int gbg_scene_get_species(const struct gbg_scene *scene, int species, int64_t ca
                         species, scene->n_species);
     }
     const struct gbg_species *found = &scene->species[species];
-    if (name && (capacity < 1 || !gbg_text_copy(name, (size_t)capacity, found->name))) {
+    if (name && capacity <= (int64_t)strlen(found->name)) {
         return gbg_fail(scene->context, GBG_E_SPACE,
                         "gbg_scene_get_species: name \"%s\" does not fit into %lld bytes",
                         found->name, (long long)capacity);
+    }
+    if (name) {
+        gbg_text_copy(name, (size_t)capacity, found->name);
     }
     const double value[3] = {found->diameter, found->alpha, found->mobility};
     double *const output[3] = {diameter, alpha, mobility};
