@@ -10,7 +10,8 @@ static const double two_pi = 6.283185307179586477;
 
 static int64_t index_of(const struct gbg_shells *shells, double k)
 {
-    return (int64_t)floor(k / shells->width + 0.5) - !shells->has_core;
+    double index = floor(k / shells->width + 0.5);
+    return (int64_t)(index < 1e15 ? index : 1e15) - !shells->has_core;
 }
 
 double gbg_shells_low(const struct gbg_shells *shells, int64_t shell)

@@ -56,7 +56,7 @@ static void to_powers(int terms, const long double *chebyshev, long double *powe
 static void fit_node(struct gbg_window *window, int node)
 {
     int terms = GBG_WINDOW_DEGREE(window->width) + 1;
-    long double value[MOST_TERMS], chebyshev[MOST_TERMS], power[MOST_TERMS];
+    long double value[MOST_TERMS] = {0}, chebyshev[MOST_TERMS] = {0}, power[MOST_TERMS];
     long double offset = node + 0.5L - window->width / 2.0L;
     for (int j = 0; j < terms; j++) {
         value[j] = window_value(window, offset - cosl(pi * (j + 0.5L) / terms) / 2);
