@@ -70,6 +70,7 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
                          double *const *position);
 
 /* The cases (bench/cases). */
-extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise, gbg_bench_short_range;
+extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise, gbg_bench_short_range,
+    gbg_bench_structure_factor;
 
 #endif

@@ -19,7 +19,8 @@ enum { LEAST_TIMES = 5, MOST_TIMES = 101 };
 static const double ENOUGH_SECONDS = 0.5; /* of timing, once there are LEAST_TIMES */
 
 static const struct gbg_bench_case *const cases[] = {&gbg_bench_direct, &gbg_bench_noise,
-                                                     &gbg_bench_short_range};
+                                                     &gbg_bench_short_range,
+                                                     &gbg_bench_structure_factor};
 
 enum { CASES = sizeof cases / sizeof *cases };
 

@@ -27,16 +27,19 @@ struct gbg_spread_buffer {
     ptrdiff_t pitch[3]; /* pitch[0] = 1 */
 };
 
+enum { GBG_PLACE_BLOCK = 256 };
+
 typedef void gbg_spread_function(const struct gbg_window *window, int64_t n,
                                  const struct gbg_spread_point *points,
                                  const struct gbg_spread_buffer *buffer);
 
 struct gbg_spread_kernels {
     const char *name;
-    /* Coordinates |x| <= 2^30 length to the first node (in [0, cells)) and the place z. z is good
-     * to 4 2^-53 of a spacing: the coordinate is reduced and scaled without rounding. */
-    void (*place)(const struct gbg_mesh_axis *axis, int64_t n, const double *x, int32_t *first,
-                  double *z);
+    /* Finite coordinates, `step` elements apart, to the first node (in [0, cells)) and the place z,
+     * which is good to 4 2^-53 of a spacing: the coordinate is reduced and scaled without rounding.
+     * n is at most GBG_PLACE_BLOCK. */
+    void (*place)(const struct gbg_mesh_axis *axis, int64_t n, const double *x, ptrdiff_t step,
+                  int32_t *first, double *z);
     /* Adds the windows of n particles to the buffer, in their order; [dimension - 2][width]. Writes
      * rows of GBG_WINDOW_ROW values, of which those past the width gain nothing. */
     gbg_spread_function *spread[2][GBG_WINDOW_WIDEST + 1];

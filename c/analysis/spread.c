@@ -1,14 +1,37 @@
 /* Analysis room: puts particles on the mesh. Compiled once for each instruction set. */
 #include <math.h>
+#include <string.h>
 
 #include "analysis/kernels.h"
 #include "analysis/vector.h"
 
+/* Copies of coordinates; those further out than 2^30 boxes are brought in by the exact remainder. */
+static void gather(int64_t n, const double *x, ptrdiff_t step, double length, double *restrict copy)
+{
+    const double limit = 0x1p30 * length;
+    int far = 0;
+    if (step == 1) {
+        memcpy(copy, x, (size_t)n * sizeof *x);
+    } else {
+        for (int64_t i = 0; i < n; i++) {
+            copy[i] = x[i * step];
+        }
+    }
+    for (int64_t i = 0; i < n; i++) {
+        far |= fabs(copy[i]) > limit;
+    }
+    for (int64_t i = 0; i < n && far; i++) {
+        copy[i] = remainder(copy[i], length);
+    }
+}
+
 /* Nodes that the window covers: for the place u = x cells/length, even widths start at
  * floor(u) - width/2 + 1, odd ones at floor(u + 1/2) - (width-1)/2. */
-static void place(const struct gbg_mesh_axis *axis, int64_t n, const double *restrict x,
+static void place(const struct gbg_mesh_axis *axis, int64_t n, const double *from, ptrdiff_t step,
                   int32_t *restrict first, double *restrict z)
 {
+    double x[GBG_PLACE_BLOCK];
+    gather(n, from, step, axis->length, x);
     const double length = axis->length, cells = axis->cells, inverse = 1 / length;
     const double half = axis->width % 2 ? 0.5 : 0.0;
     const double before = axis->width % 2 ? (axis->width - 1) / 2 : axis->width / 2 - 1;

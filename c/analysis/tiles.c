@@ -178,39 +178,21 @@ void gbg_tiles_free(struct gbg_tiles *tiles)
     memset(tiles, 0, sizeof *tiles);
 }
 
-enum { BLOCK = 256 };
+enum { BLOCK = GBG_PLACE_BLOCK };
 
 /* Places of a block of particles on all axes. */
 struct block {
-    double x[BLOCK], z[3][BLOCK];
+    double z[3][BLOCK];
     int32_t first[3][BLOCK];
 };
-
-/* Coordinates of the block on one axis; those further out than 2^30 boxes are brought in first, by
- * the exact remainder. */
-static void gather(const struct gbg_points *points, int a, int64_t begin, int64_t n, double length,
-                   double *x)
-{
-    const double *from = points->base[a] + begin * points->step;
-    double farthest = 0;
-    for (int64_t i = 0; i < n; i++) {
-        x[i] = from[i * points->step];
-        farthest = fmax(farthest, fabs(x[i]));
-    }
-    if (farthest > 0x1p30 * length) {
-        for (int64_t i = 0; i < n; i++) {
-            x[i] = remainder(x[i], length);
-        }
-    }
-}
 
 static void place_block(const struct gbg_tiles *tiles, const struct gbg_points *points,
                         const struct gbg_mesh_axis *axis, int64_t begin, int64_t n,
                         struct block *block)
 {
     for (int a = 0; a < tiles->dimension; a++) {
-        gather(points, a, begin, n, axis[a].length, block->x);
-        tiles->kernels->place(&axis[a], n, block->x, block->first[a], block->z[a]);
+        const double *from = points->base[a] + begin * points->step;
+        tiles->kernels->place(&axis[a], n, from, points->step, block->first[a], block->z[a]);
     }
 }
 
