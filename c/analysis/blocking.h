@@ -24,11 +24,11 @@ void gbg_blocking_free(struct gbg_blocking *blocking);
 int gbg_blocking_reserve(struct gbg_context *context, struct gbg_blocking *blocking, int64_t n);
 void gbg_blocking_add(struct gbg_blocking *blocking, int64_t series, double value);
 /* Standard error of the mean, and the number of independent values that it corresponds to. With s_B
- * the naive error from blocks of B values, the block is the shortest with B^3 > 2 n (s_B/s_1)^4 (Lee
- * et al., Phys. Rev. E 83, 066706 (2011)) that leaves 8 blocks, else the longest that leaves 4; the
- * largest s_B up to there counts, times Student's factor for the number of blocks, so that 68 % of
- * the errors are within one: it is rather too large than too small for short series. NaN with less
- * than two values. */
+ * the naive error from blocks of B values, the block is the shortest with B^3 > 2 n (s_B/s_1)^4
+ * (Lee et al., Phys. Rev. E 83, 066706 (2011)) that leaves 8 blocks, else the longest that leaves
+ * 4; the largest s_B up to there counts, times Student's factor for the number of blocks, so that
+ * 68 % of the errors are within one: it is rather too large than too small for short series. NaN
+ * with less than two values. */
 double gbg_blocking_error(const struct gbg_blocking *blocking, int64_t series, double *independent);
 
 #endif

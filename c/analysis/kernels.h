@@ -6,19 +6,27 @@
 #include <stdint.h>
 
 #include "analysis/window.h"
+#include "core/view.h"
 
-/* One axis of a mesh: `cells` nodes over `length`, a window of `width` nodes. */
+/* One axis of a mesh over `length`: `cells` nodes in tiles of 2^shift, the last of which takes the
+ * rest; in a list of tiles and in a tile's buffer, neighbours on this axis are so far apart. */
 struct gbg_mesh_axis {
-    int32_t cells;
-    int32_t width;
+    int32_t cells, width, shift, last_tile, tile_step, pitch;
     double length;
 };
 
-/* Where a particle goes: the first node of its window in the buffer of its tile, and its place
- * between nodes on each axis, in [-1,1] up to rounding. */
+/* A particle in the buffer of its tile: where its window begins, and its place between nodes on
+ * each axis, in [-1,1] up to rounding. */
 struct gbg_spread_point {
     double z[3];
     int64_t offset;
+};
+
+enum { GBG_PLACE_BLOCK = 256 };
+
+struct gbg_place_block {
+    double z[3][GBG_PLACE_BLOCK];
+    int32_t tile[GBG_PLACE_BLOCK], offset[GBG_PLACE_BLOCK];
 };
 
 /* A tile's buffer: row pitches in doubles. */
@@ -27,7 +35,11 @@ struct gbg_spread_buffer {
     ptrdiff_t pitch[3]; /* pitch[0] = 1 */
 };
 
-enum { GBG_PLACE_BLOCK = 256 };
+/* Nodes that the windows of a tile touch: `extent` many from `at` on, on rings of `cells` nodes; 1
+ * node on an axis that is not there. */
+struct gbg_tile_reach {
+    int64_t at[3], extent[3], cells[3];
+};
 
 typedef void gbg_spread_function(const struct gbg_window *window, int64_t n,
                                  const struct gbg_spread_point *points,
@@ -35,14 +47,17 @@ typedef void gbg_spread_function(const struct gbg_window *window, int64_t n,
 
 struct gbg_spread_kernels {
     const char *name;
-    /* Finite coordinates, `step` elements apart, to the first node (in [0, cells)) and the place z,
-     * which is good to 4 2^-53 of a spacing: the coordinate is reduced and scaled without rounding.
-     * n is at most GBG_PLACE_BLOCK. */
-    void (*place)(const struct gbg_mesh_axis *axis, int64_t n, const double *x, ptrdiff_t step,
-                  int32_t *first, double *z);
-    /* Adds the windows of n particles to the buffer, in their order; [dimension - 2][width]. Writes
-     * rows of GBG_WINDOW_ROW values, of which those past the width gain nothing. */
+    /* n <= GBG_PLACE_BLOCK particles from `begin` on, with finite coordinates. z is good to 4 2^-53
+     * of a spacing: coordinates are reduced and scaled without rounding. */
+    void (*place)(const struct gbg_mesh_axis *axis, int dimension, const struct gbg_points *points,
+                  int64_t begin, int64_t n, struct gbg_place_block *block);
+    /* Adds the windows of n particles to the buffer, in their order; [dimension - 2][width], NULL
+     * for widths that are not built. Writes whole rows of a window, of which the nodes before and
+     * after it gain nothing. */
     gbg_spread_function *spread[2][GBG_WINDOW_WIDEST + 1];
+    /* Adds a buffer to the mesh, whose rows are `pitch` doubles apart; value: the first node. */
+    void (*add)(const struct gbg_tile_reach *reach, const struct gbg_spread_buffer *buffer,
+                double *mesh, ptrdiff_t pitch);
 };
 
 enum { GBG_TENSOR_ROWS = 4, GBG_TENSOR_COLUMNS = 16 };

@@ -79,7 +79,7 @@ static int choose_width(struct gbg_density *density, const struct gbg_density_pl
 {
     /* Below 1e-14 rounding decides. */
     double target = fmax(plan->tolerance / sqrt((double)plan->n), 1e-14);
-    for (int width = GBG_WINDOW_NARROWEST;; width++) {
+    for (int width = GBG_WINDOW_NARROWEST;; width = GBG_WINDOW_NEXT(width)) {
         struct gbg_window window;
         gbg_window_make(width, &window);
         double edge = 0, sum, root;

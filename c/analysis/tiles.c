@@ -1,7 +1,6 @@
 /* Analysis room: sorts particles into tiles of the mesh and spreads them. */
 #include "analysis/tiles.h"
 
-#include <math.h>
 #include <string.h>
 
 #ifdef _OPENMP
@@ -11,12 +10,12 @@
 #include "core/context.h"
 #include "core/memory.h"
 
-/* Smallest tile edges (nodes), by dimension and axis: the buffer of a tile stays in the first or
- * second level of cache. An edge is at least GBG_WINDOW_WIDEST, so that a window reaches no further
- * than the next tile. */
-static const int32_t least_edge[2][3] = {{64, 32, 1}, {16, 16, 16}};
+enum { LEAST_CHUNK = 8192, BLOCK = GBG_PLACE_BLOCK }; /* the first: particles worth a thread */
 
-enum { LEAST_CHUNK = 8192 }; /* particles worth a thread */
+/* Edges of tiles as powers of 2, by dimension and axis: the buffer of a tile stays in the first or
+ * second level of cache. They are at least GBG_WINDOW_WIDEST, so that a window reaches no further
+ * than the next tile. */
+static const int32_t edge_shift[2][3] = {{6, 5, 0}, {4, 4, 4}};
 
 static int thread_number(void)
 {
@@ -27,22 +26,34 @@ static int thread_number(void)
 #endif
 }
 
-/* Cuts an axis into tiles of nearly equal size. */
-static void cut_axis(struct gbg_tiles *tiles, int a, int64_t *largest)
+static void lay_tiles(struct gbg_tiles *tiles, const int32_t *cells, int width)
 {
-    int64_t cells = tiles->axis[a].cells;
-    *largest = 0;
-    for (int64_t t = 0; t <= tiles->per_axis[a]; t++) {
-        tiles->start[a][t] = (int32_t)(t * cells / tiles->per_axis[a]);
+    tiles->count = tiles->buffer_size = 1;
+    for (int a = 0; a < tiles->dimension; a++) {
+        struct gbg_mesh_axis *axis = &tiles->axis[a];
+        axis->cells = cells[a];
+        axis->width = width;
+        axis->shift = edge_shift[tiles->dimension - 2][a];
+        int32_t whole = cells[a] >> axis->shift;
+        tiles->per_axis[a] = whole > 0 ? whole : 1;
+        axis->last_tile = (int32_t)tiles->per_axis[a] - 1;
+        axis->tile_step = (int32_t)tiles->count;
+        axis->pitch = (int32_t)tiles->buffer_size;
+        tiles->count *= tiles->per_axis[a];
+        tiles->buffer_size *= cells[a] - (axis->last_tile << axis->shift) + GBG_WINDOW_ROW;
     }
-    for (int64_t t = 0; t < tiles->per_axis[a]; t++) {
-        int32_t begin = tiles->start[a][t], end = tiles->start[a][t + 1];
-        for (int32_t c = begin; c < end; c++) {
-            tiles->tile_of[a][c] = (int32_t)t;
-            tiles->place_of[a][c] = c - begin;
-        }
-        *largest = end - begin > *largest ? end - begin : *largest;
-    }
+}
+
+/* First node of a tile on an axis, and its nodes. */
+static int64_t tile_start(const struct gbg_mesh_axis *axis, int64_t tile)
+{
+    return tile << axis->shift;
+}
+
+static int64_t tile_edge(const struct gbg_mesh_axis *axis, int64_t tile)
+{
+    return tile < axis->last_tile ? INT64_C(1) << axis->shift
+                                  : axis->cells - tile_start(axis, tile);
 }
 
 /* Neighbours on a ring differ in colour: 0 and 1 in turn, and 2 for the last of an odd number. */
@@ -75,30 +86,7 @@ static void group_by_colour(struct gbg_tiles *tiles)
     tiles->colour_start[27] = filled;
 }
 
-static int allocate_axes(struct gbg_context *context, struct gbg_tiles *tiles)
-{
-    for (int a = 0; a < tiles->dimension; a++) {
-        void *tile, *place, *start;
-        int64_t cells = tiles->axis[a].cells;
-        int status = gbg_allocate(context, &tile, cells, sizeof(int32_t), "tiles of nodes");
-        tiles->tile_of[a] = tile;
-        if (status == GBG_OK) {
-            status = gbg_allocate(context, &place, cells, sizeof(int32_t), "places in tiles");
-            tiles->place_of[a] = place;
-        }
-        if (status == GBG_OK) {
-            status = gbg_allocate(context, &start, tiles->per_axis[a] + 1, sizeof(int32_t),
-                                  "starts of tiles");
-            tiles->start[a] = start;
-        }
-        if (status != GBG_OK) {
-            return status;
-        }
-    }
-    return GBG_OK;
-}
-
-static int allocate_bulk(struct gbg_context *context, struct gbg_tiles *tiles, int64_t n)
+static int allocate(struct gbg_context *context, struct gbg_tiles *tiles, int64_t n)
 {
     int64_t keys = tiles->channels * tiles->count;
     struct {
@@ -130,30 +118,13 @@ int gbg_tiles_make(struct gbg_context *context, int dimension, const int32_t *ce
     memset(tiles, 0, sizeof *tiles);
     tiles->dimension = dimension;
     tiles->channels = channels;
-    tiles->capacity = n;
     tiles->threads = context->threads;
-    tiles->chunks = (int)(n / LEAST_CHUNK) + 1;
-    tiles->chunks = tiles->chunks < tiles->threads ? tiles->chunks : tiles->threads;
+    tiles->chunks =
+        n / LEAST_CHUNK + 1 < tiles->threads ? (int)(n / LEAST_CHUNK) + 1 : tiles->threads;
     tiles->kernels = gbg_spread_kernels_of(context->instructions);
     gbg_window_make(width, &tiles->window);
-    tiles->count = 1;
-    for (int a = 0; a < dimension; a++) {
-        tiles->axis[a] = (struct gbg_mesh_axis){.cells = cells[a], .width = width};
-        int64_t whole = cells[a] / least_edge[dimension - 2][a];
-        tiles->per_axis[a] = whole > 0 ? whole : 1;
-        tiles->count *= tiles->per_axis[a];
-    }
-    int status = allocate_axes(context, tiles);
-    tiles->buffer_size = 1;
-    for (int a = 0; a < dimension && status == GBG_OK; a++) {
-        int64_t largest;
-        cut_axis(tiles, a, &largest);
-        tiles->pitch[a] = tiles->buffer_size;
-        tiles->buffer_size *= largest + GBG_WINDOW_ROW;
-    }
-    if (status == GBG_OK) {
-        status = allocate_bulk(context, tiles, n);
-    }
+    lay_tiles(tiles, cells, width);
+    int status = allocate(context, tiles, n);
     if (status != GBG_OK) {
         gbg_tiles_free(tiles);
         return status;
@@ -164,11 +135,6 @@ int gbg_tiles_make(struct gbg_context *context, int dimension, const int32_t *ce
 
 void gbg_tiles_free(struct gbg_tiles *tiles)
 {
-    for (int a = 0; a < 3; a++) {
-        gbg_release(tiles->tile_of[a]);
-        gbg_release(tiles->place_of[a]);
-        gbg_release(tiles->start[a]);
-    }
     gbg_release(tiles->by_colour);
     gbg_release(tiles->buffers);
     gbg_release(tiles->points);
@@ -176,44 +142,6 @@ void gbg_tiles_free(struct gbg_tiles *tiles)
     gbg_release(tiles->first);
     gbg_release(tiles->chunk);
     memset(tiles, 0, sizeof *tiles);
-}
-
-enum { BLOCK = GBG_PLACE_BLOCK };
-
-/* Places of a block of particles on all axes. */
-struct block {
-    double z[3][BLOCK];
-    int32_t first[3][BLOCK];
-};
-
-static void place_block(const struct gbg_tiles *tiles, const struct gbg_points *points,
-                        const struct gbg_mesh_axis *axis, int64_t begin, int64_t n,
-                        struct block *block)
-{
-    for (int a = 0; a < tiles->dimension; a++) {
-        const double *from = points->base[a] + begin * points->step;
-        tiles->kernels->place(&axis[a], n, from, points->step, block->first[a], block->z[a]);
-    }
-}
-
-static int32_t tile_of(const struct gbg_tiles *tiles, const struct block *block, int64_t i)
-{
-    int64_t tile = 0;
-    for (int a = tiles->dimension - 1; a >= 0; a--) {
-        tile = tile * tiles->per_axis[a] + tiles->tile_of[a][block->first[a][i]];
-    }
-    return (int32_t)tile;
-}
-
-static struct gbg_spread_point point_of(const struct gbg_tiles *tiles, const struct block *block,
-                                        int64_t i)
-{
-    struct gbg_spread_point point = {.offset = 0};
-    for (int a = 0; a < tiles->dimension; a++) {
-        point.z[a] = block->z[a][i];
-        point.offset += tiles->pitch[a] * tiles->place_of[a][block->first[a][i]];
-    }
-    return point;
 }
 
 /* What the threads of one sort share. */
@@ -225,21 +153,26 @@ struct sorting {
     struct gbg_mesh_axis axis[3];
 };
 
+static void place_block(const struct sorting *sort, int64_t begin, int64_t n,
+                        struct gbg_place_block *block)
+{
+    sort->tiles->kernels->place(sort->axis, sort->tiles->dimension, sort->points, begin, n, block);
+}
+
 static void count_chunk(const struct sorting *sort, int64_t begin, int64_t end, int64_t *count)
 {
     struct gbg_tiles *tiles = sort->tiles;
-    struct block block;
+    struct gbg_place_block block;
     memset(count, 0, (size_t)(tiles->channels * tiles->count) * sizeof *count);
     for (int64_t b = begin; b < end; b += BLOCK) {
         int64_t n = end - b < BLOCK ? end - b : BLOCK;
-        place_block(tiles, sort->points, sort->axis, b, n, &block);
+        place_block(sort, b, n, &block);
+        for (int64_t i = 0; i < n && sort->channel; i++) {
+            block.tile[i] += (int32_t)((sort->channel[b + i] - sort->base) * tiles->count);
+        }
+        memcpy(tiles->key + b, block.tile, (size_t)n * sizeof *tiles->key);
         for (int64_t i = 0; i < n; i++) {
-            int32_t key = tile_of(tiles, &block, i);
-            if (sort->channel) {
-                key += (int32_t)((sort->channel[b + i] - sort->base) * tiles->count);
-            }
-            tiles->key[b + i] = key;
-            count[key]++;
+            count[block.tile[i]]++;
         }
     }
 }
@@ -247,12 +180,13 @@ static void count_chunk(const struct sorting *sort, int64_t begin, int64_t end, 
 static void move_chunk(const struct sorting *sort, int64_t begin, int64_t end, int64_t *next)
 {
     struct gbg_tiles *tiles = sort->tiles;
-    struct block block;
+    struct gbg_place_block block = {.z = {{0}}};
     for (int64_t b = begin; b < end; b += BLOCK) {
         int64_t n = end - b < BLOCK ? end - b : BLOCK;
-        place_block(tiles, sort->points, sort->axis, b, n, &block);
+        place_block(sort, b, n, &block);
         for (int64_t i = 0; i < n; i++) {
-            tiles->points[next[tiles->key[b + i]]++] = point_of(tiles, &block, i);
+            tiles->points[next[tiles->key[b + i]]++] = (struct gbg_spread_point){
+                {block.z[0][i], block.z[1][i], block.z[2][i]}, block.offset[i]};
         }
     }
 }
@@ -284,49 +218,29 @@ void gbg_tiles_sort(struct gbg_tiles *tiles, const struct gbg_points *points, co
         sort.axis[a].length = lengths[a];
     }
     int64_t keys = tiles->channels * tiles->count, chunks = tiles->chunks, n = points->n;
-#pragma omp parallel for num_threads(tiles->threads) schedule(static, 1)
+#pragma omp parallel for num_threads(chunks) schedule(static, 1)
     for (int64_t t = 0; t < chunks; t++) {
         count_chunk(&sort, n * t / chunks, n * (t + 1) / chunks, tiles->chunk + t * keys);
     }
     places_from_counts(tiles);
-#pragma omp parallel for num_threads(tiles->threads) schedule(static, 1)
+#pragma omp parallel for num_threads(chunks) schedule(static, 1)
     for (int64_t t = 0; t < chunks; t++) {
         move_chunk(&sort, n * t / chunks, n * (t + 1) / chunks, tiles->chunk + t * keys);
     }
 }
 
-/* Adds one row of a buffer to a row of the mesh that is a ring of `cells` nodes. */
-static void add_ring(double *restrict row, int64_t cells, int64_t at, const double *restrict value,
-                     int64_t n)
+static struct gbg_tile_reach reach_of(const struct gbg_tiles *tiles, int64_t tile)
 {
-    while (n > 0) {
-        int64_t run = n < cells - at ? n : cells - at;
-        for (int64_t i = 0; i < run; i++) {
-            row[at + i] += value[i];
-        }
-        value += run;
-        n -= run;
-        at = 0;
-    }
-}
-
-/* Adds a tile's buffer, the tile's nodes and width - 1 beyond, to the mesh. */
-static void add_tile(const struct gbg_tiles *tiles, const int64_t *place, const double *buffer,
-                     double *mesh, ptrdiff_t pitch)
-{
-    int64_t at[3] = {0, 0, 0}, extent[3] = {1, 1, 1}, cells[3] = {1, 1, 1};
+    struct gbg_tile_reach reach = {{0, 0, 0}, {1, 1, 1}, {1, 1, 1}};
     for (int a = 0; a < tiles->dimension; a++) {
-        cells[a] = tiles->axis[a].cells;
-        at[a] = tiles->start[a][place[a]];
-        extent[a] = tiles->start[a][place[a] + 1] - at[a] + tiles->window.width - 1;
+        const struct gbg_mesh_axis *axis = &tiles->axis[a];
+        int64_t place = tile % tiles->per_axis[a];
+        reach.at[a] = tile_start(axis, place);
+        reach.extent[a] = tile_edge(axis, place) + tiles->window.width - 1;
+        reach.cells[a] = axis->cells;
+        tile /= tiles->per_axis[a];
     }
-    for (int64_t k = 0; k < extent[2]; k++) {
-        for (int64_t j = 0; j < extent[1]; j++) {
-            int64_t row = (at[2] + k) % cells[2] * cells[1] + (at[1] + j) % cells[1];
-            add_ring(mesh + row * pitch, cells[0], at[0],
-                     buffer + k * tiles->pitch[2] + j * tiles->pitch[1], extent[0]);
-        }
-    }
+    return reach;
 }
 
 static void spread_tile(const struct gbg_tiles *tiles, int channel, int64_t tile, double *mesh,
@@ -337,17 +251,17 @@ static void spread_tile(const struct gbg_tiles *tiles, int channel, int64_t tile
     if (n == 0) {
         return;
     }
-    struct gbg_spread_buffer buffer = {tiles->buffers + thread_number() * tiles->buffer_size, {0}};
-    memcpy(buffer.pitch, tiles->pitch, sizeof buffer.pitch);
-    memset(buffer.value, 0, (size_t)tiles->buffer_size * sizeof *buffer.value);
-    tiles->kernels->spread[tiles->dimension - 2][tiles->window.width](
-        &tiles->window, n, tiles->points + begin, &buffer);
-    int64_t place[3] = {0, 0, 0};
-    for (int a = 0; a < tiles->dimension; a++) {
-        place[a] = tile % tiles->per_axis[a];
-        tile /= tiles->per_axis[a];
-    }
-    add_tile(tiles, place, buffer.value, mesh, pitch);
+    int last = tiles->dimension - 1;
+    struct gbg_tile_reach reach = reach_of(tiles, tile);
+    struct gbg_spread_buffer buffer = {
+        tiles->buffers + thread_number() * tiles->buffer_size,
+        {tiles->axis[0].pitch, tiles->axis[1].pitch, tiles->axis[2].pitch}};
+    memset(buffer.value, 0,
+           (size_t)(reach.extent[last] * tiles->axis[last].pitch) * sizeof *buffer.value);
+    tiles->kernels->spread[last - 1][tiles->window.width](&tiles->window, n, tiles->points + begin,
+                                                          &buffer);
+    buffer.value += GBG_WINDOW_LEAD(tiles->window.width);
+    tiles->kernels->add(&reach, &buffer, mesh, pitch);
 }
 
 void gbg_tiles_spread(const struct gbg_tiles *tiles, int channel, double *mesh, ptrdiff_t pitch)

@@ -15,10 +15,6 @@ struct gbg_tiles {
     int dimension;
     struct gbg_mesh_axis axis[3];
     int64_t per_axis[3], count;
-    int32_t *tile_of[3]; /* tile of each node, and its place in the tile */
-    int32_t *place_of[3];
-    int32_t *start[3];  /* first node of each tile, per_axis+1 */
-    ptrdiff_t pitch[3]; /* of a buffer */
     int64_t buffer_size;
     int64_t *by_colour; /* tiles, grouped */
     int64_t colour_start[28];
@@ -28,7 +24,6 @@ struct gbg_tiles {
     struct gbg_window window;
     /* The sorted points of a frame */
     int channels;
-    int64_t capacity;
     struct gbg_spread_point *points;
     int32_t *key;
     int64_t *first;  /* channels * count + 1 */

@@ -14,6 +14,8 @@ typedef __m512d vd;
 #define vd_add _mm512_add_pd
 #define vd_mul _mm512_mul_pd
 #define vd_fma _mm512_fmadd_pd
+#define vd_fnma _mm512_fnmadd_pd
+#define vd_reverse(a) _mm512_permutexvar_pd(_mm512_set_epi64(0, 1, 2, 3, 4, 5, 6, 7), a)
 #elif defined(__AVX2__) && defined(__FMA__)
 #include <immintrin.h>
 enum { VD_LANES = 4 };
@@ -24,6 +26,8 @@ typedef __m256d vd;
 #define vd_add _mm256_add_pd
 #define vd_mul _mm256_mul_pd
 #define vd_fma _mm256_fmadd_pd
+#define vd_fnma _mm256_fnmadd_pd
+#define vd_reverse(a) _mm256_permute4x64_pd(a, 0x1B)
 #else
 #include <string.h>
 enum { VD_LANES = 2 };
@@ -57,6 +61,14 @@ static inline vd vd_fma(vd a, vd b, vd c)
 #else
     return a * b + c;
 #endif
+}
+static inline vd vd_fnma(vd a, vd b, vd c)
+{
+    return vd_fma(-a, b, c);
+}
+static inline vd vd_reverse(vd a)
+{
+    return (vd){a[1], a[0]};
 }
 #endif
 

@@ -6,9 +6,9 @@
 
 /* beta/width that makes the largest aliasing sum over |f| <= 1/4 smallest (tests/unit/
  * analysis_window.c searches it again). */
-static const double best_beta[GBG_WINDOW_WIDEST + 1] = {0,     0,     1.986, 2.231, 2.248, 2.278,
-                                                        2.320, 2.318, 2.333, 2.339, 2.339, 2.346,
-                                                        2.346, 2.347, 2.347, 2.347, 2.347};
+static const double best_beta[GBG_WINDOW_WIDEST + 1] = {
+    [2] = 1.986, [3] = 2.231,  [4] = 2.248,  [5] = 2.278,  [6] = 2.320, [7] = 2.318,
+    [8] = 2.333, [10] = 2.339, [12] = 2.346, [14] = 2.347, [16] = 2.347};
 
 static const long double pi = 3.14159265358979323846264338327950288L;
 
@@ -70,7 +70,7 @@ static void fit_node(struct gbg_window *window, int node)
     }
     to_powers(terms, chebyshev, power);
     for (int k = 0; k < terms; k++) {
-        window->coefficient[k][node] = (double)power[k];
+        window->coefficient[k][GBG_WINDOW_LEAD(window->width) + node] = (double)power[k];
     }
 }
 
@@ -83,7 +83,7 @@ static double measure_node(const struct gbg_window *window, int node)
     for (int i = 0; i <= SAMPLES; i++) {
         double z = 2.0 * i / SAMPLES - 1, sum = 0;
         for (int k = GBG_WINDOW_DEGREE(window->width); k >= 0; k--) {
-            sum = sum * z + window->coefficient[k][node];
+            sum = sum * z + window->coefficient[k][GBG_WINDOW_LEAD(window->width) + node];
         }
         double error = (double)fabsl(sum - window_value(window, offset - z / 2.0L));
         largest = error > largest ? error : largest;

@@ -9,6 +9,11 @@ enum { GBG_WINDOW_NARROWEST = 2, GBG_WINDOW_WIDEST = 16, GBG_WINDOW_ROW = 16 };
  */
 #define GBG_WINDOW_DEGREE(width) ((width) + 1)
 
+/* Widths 2..8, 10, 12, 14 and 16 are built. A row has 8 values up to width 8, else 16 with the
+ * window in their middle: node l is value GBG_WINDOW_LEAD(width) + l. */
+#define GBG_WINDOW_LEAD(width) ((width) <= 8 ? 0 : (16 - (width)) / 2)
+#define GBG_WINDOW_NEXT(width) ((width) < 8 ? (width) + 1 : (width) + 2)
+
 /* Kaiser-Bessel window less its value at the edge, so that it is continuous there and its aliasing
  * sums converge absolutely: with x = 2 t/width,
  *   phi(t) = (I0(beta sqrt(1 - x^2)) - 1)/(I0(beta) - 1),  |x| <= 1,
@@ -21,11 +26,11 @@ struct gbg_window {
     double transform_zero;   /* transform(0) */
     double polynomial_error; /* largest |polynomial - phi|, rounding included */
     /* Node l = 0..width-1 of a particle at z (in [-1,1]) between nodes:
-     * phi(l + 1/2 - width/2 - z/2) = sum_k coefficient[k][l] z^k; zero for l >= width. */
+     * phi(l + 1/2 - width/2 - z/2) = sum_k coefficient[k][lead + l] z^k; other columns are zero. */
     double coefficient[GBG_WINDOW_DEGREE(GBG_WINDOW_WIDEST) + 1][GBG_WINDOW_ROW];
 };
 
-/* width from GBG_WINDOW_NARROWEST to GBG_WINDOW_WIDEST. */
+/* width: one that is built. */
 void gbg_window_make(int width, struct gbg_window *window);
 /* The same with another beta; gbg_window_make takes the best one for a mesh twice as fine. */
 void gbg_window_make_with(int width, double beta, struct gbg_window *window);
