@@ -71,9 +71,7 @@ static void place(const struct gbg_mesh_axis *axis, int dimension, const struct 
     }
 }
 
-/* A window's row: 8 lanes, from width 9 on 16, the window in their middle; VD_LANES divides 8. */
-#define LANES(width) ((width) <= 8 ? 8 : 16)
-#define VECTORS(width) (LANES(width) / VD_LANES)
+#define VECTORS(width) (GBG_WINDOW_LANES(width) / VD_LANES)
 #define LEAD(width) GBG_WINDOW_LEAD(width)
 enum { ROOM = GBG_WINDOW_ROW / VD_LANES, MOST_ROWS = 4 };
 #define INLINE static inline __attribute__((always_inline))

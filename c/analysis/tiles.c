@@ -15,7 +15,7 @@ enum { LEAST_CHUNK = 8192, BLOCK = GBG_PLACE_BLOCK }; /* the first: particles wo
 /* Edges of tiles as powers of 2, by dimension and axis: the buffer of a tile stays in the first or
  * second level of cache. They are at least GBG_WINDOW_WIDEST, so that a window reaches no further
  * than the next tile. */
-static const int32_t edge_shift[2][3] = {{6, 5, 0}, {4, 4, 4}};
+static const int32_t edge_shift[2][3] = {{6, 5, 0}, {5, 4, 4}};
 
 static int thread_number(void)
 {
@@ -40,7 +40,8 @@ static void lay_tiles(struct gbg_tiles *tiles, const int32_t *cells, int width)
         axis->tile_step = (int32_t)tiles->count;
         axis->pitch = (int32_t)tiles->buffer_size;
         tiles->count *= tiles->per_axis[a];
-        tiles->buffer_size *= cells[a] - (axis->last_tile << axis->shift) + GBG_WINDOW_ROW;
+        tiles->buffer_size *= cells[a] - (axis->last_tile << axis->shift) +
+                              (a == 0 ? GBG_WINDOW_LANES(width) : width - 1);
     }
 }
 
@@ -231,7 +232,7 @@ void gbg_tiles_sort(struct gbg_tiles *tiles, const struct gbg_points *points, co
 
 static struct gbg_tile_reach reach_of(const struct gbg_tiles *tiles, int64_t tile)
 {
-    struct gbg_tile_reach reach = {{0, 0, 0}, {1, 1, 1}, {1, 1, 1}};
+    struct gbg_tile_reach reach = {{0, 0, 0}, {1, 1, 1}, {5, 4, 4}};
     for (int a = 0; a < tiles->dimension; a++) {
         const struct gbg_mesh_axis *axis = &tiles->axis[a];
         int64_t place = tile % tiles->per_axis[a];

@@ -11,6 +11,7 @@ enum { GBG_WINDOW_NARROWEST = 2, GBG_WINDOW_WIDEST = 16, GBG_WINDOW_ROW = 16 };
 
 /* Widths 2..8, 10, 12, 14 and 16 are built. A row has 8 values up to width 8, else 16 with the
  * window in their middle: node l is value GBG_WINDOW_LEAD(width) + l. */
+#define GBG_WINDOW_LANES(width) ((width) <= 8 ? 8 : 16)
 #define GBG_WINDOW_LEAD(width) ((width) <= 8 ? 0 : (16 - (width)) / 2)
 #define GBG_WINDOW_NEXT(width) ((width) < 8 ? (width) + 1 : (width) + 2)
 
