@@ -248,11 +248,11 @@ int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags)
     return status;
 }
 
-static const char *const integer_names[] = {"step",          "particles",   "species",
-                                            "threads",       "list_builds", "contact_rounds",
-                                            "contact_pairs", NULL};
+static const char *const integer_names[] = {
+    "step",          "particles", "species",  "threads",       "list_builds", "contact_rounds",
+    "contact_pairs", "reverted",  "repeated", "overlaps_left", NULL};
 
-int gbg_engine_integer(const struct gbg_engine *engine, const char *name, int64_t *value)
+int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *value)
 {
     if (!engine || !name || !value) {
         return gbg_fail(engine ? engine->context : NULL, GBG_E_ARGUMENT,
@@ -268,13 +268,19 @@ int gbg_engine_integer(const struct gbg_engine *engine, const char *name, int64_
                               engine->context->threads,
                               builds,
                               engine->contact_rounds,
-                              engine->contact_pairs};
+                              engine->contact_pairs,
+                              engine->reverted,
+                              engine->repeated,
+                              0};
     int k = gbg_text_find(name, integer_names);
     if (k < 0) {
         return gbg_fail(engine->context, GBG_E_NAME,
                         "gbg_engine_integer: no integer \"%s\"; nearest: "
                         "%s",
                         name, gbg_text_nearest(name, integer_names));
+    }
+    if (strcmp(name, "overlaps_left") == 0) {
+        return gbg_engine_count_overlaps(engine, value);
     }
     *value = values[k];
     return GBG_OK;

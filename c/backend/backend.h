@@ -57,6 +57,7 @@ struct gbg_contacts {
     int bounce; /* 1: separate to the mirror distance, 0: to contact */
     int64_t max_rounds;
     double tolerance; /* relative distance below which a pair counts as touching */
+    double cap;       /* largest part of contact that a pair moves one of its discs in a round */
     int64_t rounds;   /* out: rounds that moved somebody */
     int64_t pairs;    /* out: pushes */
     int64_t left;     /* out: overlapping pairs left (0 unless rounds ran out) */
@@ -120,6 +121,11 @@ struct gbg_kernels {
      * among all pairs that were within `reach` before it. */
     int (*passed)(struct gbg_device *device, struct gbg_state *state, double reach,
                   struct gbg_pair *first);
+    /* Puts both particles of every pair that turned so, or that overlaps, back to where they were
+     * before the step, again and again until no such pair is left. The set that is put back only
+     * grows and the state before the step has no overlap, so this ends. */
+    int (*roll_back)(struct gbg_device *device, struct gbg_state *state, double reach,
+                     double tolerance, int64_t *reverted);
 };
 
 struct gbg_backend {

@@ -185,7 +185,7 @@ static int advance(struct job *job)
 
 static void print_summary(const struct job *job)
 {
-    int64_t n = 0, rounds = 0, left = 0;
+    int64_t n = 0, rounds = 0, left = -1, reverted = 0, repeated = 0;
     double dt = 0, busy = 0;
     const char *instructions;
     int threads, dimension;
@@ -193,6 +193,8 @@ static void print_summary(const struct job *job)
     gbg_engine_size(job->session.engine, &n, &dimension);
     gbg_engine_integer(job->session.engine, "contact_rounds", &rounds);
     gbg_engine_integer(job->session.engine, "overlaps_left", &left);
+    gbg_engine_integer(job->session.engine, "reverted", &reverted);
+    gbg_engine_integer(job->session.engine, "repeated", &repeated);
     gbg_engine_real(job->session.engine, "dt", &dt);
     gbg_engine_real(job->session.engine, "seconds", &busy);
     gbg_context_backend(job->session.context, NULL, &instructions, &threads);
@@ -207,6 +209,13 @@ static void print_summary(const struct job *job)
         printf("overlap rounds %.2f a step\n", (double)rounds / (double)steps);
     }
     printf("overlaps left  %lld\n", (long long)left);
+    if (repeated > 0) {
+        printf(
+            "corrected twice %lld steps, in which contacts had carried a pair through each other; "
+            "then put back: %lld particles, %.1e of all moves\n",
+            (long long)repeated, (long long)reverted,
+            (double)reverted / ((double)steps * (double)n));
+    }
     gbg_session_print_error(&job->session);
     if (job->out[0]) {
         printf("trajectory     %s\n", job->out);

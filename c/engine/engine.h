@@ -43,7 +43,7 @@ struct gbg_engine {
     double moved; /* largest move of a particle in the last step, for the lists */
     struct gbg_moves moves;
     int forces_current;                    /* 1: force[] belongs to the present positions */
-    int64_t contact_rounds, contact_pairs; /* sums over steps */
+    int64_t contact_rounds, contact_pairs, reverted, repeated; /* sums over steps */
 
     int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
     int32_t *species; /* for views: made when first asked for */
@@ -71,6 +71,8 @@ int gbg_engine_evaluate_forces(struct gbg_engine *engine);
 int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
                              double *rms_over_median);
 
+/* Overlapping pairs of hard cores now. */
+int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count);
 /* GBG_E_OVERLAP with both ids if hard cores overlap now. */
 int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call);
 

@@ -94,41 +94,17 @@ int gbg_step_integrate(struct gbg_engine *engine, const struct gbg_plan_step *st
     return status;
 }
 
-/* Two particles at distance >= contact before and after can only have passed through each other if
- * their relative move was longer than sqrt(2) contact; otherwise the straight path stays farther
- * than contact/sqrt(2). So the search is needed only after large moves. */
-static int check_passed(struct gbg_engine *engine)
-{
-    double relative = 2.0 * engine->moved, reach = engine->contact + relative;
-    if (relative <= sqrt(2.0) * engine->least_contact) {
-        return GBG_OK;
-    }
-    double allowed = engine->least_contact / sqrt(2.0);
-    for (int a = 0; a < engine->state.box.dimension; a++) {
-        if (reach > 0.5 * engine->state.box.length[a]) {
-            return refuse(engine, allowed,
-                          "particles moved so far that passing through each other "
-                          "cannot be excluded");
-        }
-    }
-    struct gbg_pair pair;
-    int status = engine->kernels->passed(engine->device, &engine->state, reach, &pair);
-    if (status == GBG_OK && pair.first >= 0) {
-        char why[128];
-        snprintf(why, sizeof why, "particles %lld and %lld passed through each other",
-                 (long long)id_of(engine, pair.first), (long long)id_of(engine, pair.second));
-        status = refuse(engine, allowed, why);
-    }
-    return status;
-}
+/* Largest part of contact by which a pair moves one of its discs in a round, and the smaller one
+ * for the rare step in which pushes added up to carry a pair through each other. */
+static const double cap = 0.25, gentle_cap = 0.02;
 
-int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *step)
+static int correct(struct gbg_engine *engine, double largest_push)
 {
-    (void)step;
     struct gbg_contacts contacts = {
         .bounce = engine->scene.rule != GBG_RULE_CONTACT,
         .max_rounds = engine->scene.max_rounds,
         .tolerance = contact_tolerance,
+        .cap = largest_push,
     };
     int status = engine->kernels->list_update(engine->device, &engine->state, engine->contacts,
                                               engine->moved);
@@ -145,13 +121,84 @@ int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *ste
                  (long long)contacts.left, (long long)contacts.rounds);
         return refuse(engine, 0.1 * engine->least_contact, why);
     }
-    engine->moved = fmax(engine->moved, contacts.largest);
-    status = check_passed(engine);
+    engine->contact_rounds += contacts.rounds;
+    engine->contact_pairs += contacts.pairs;
+    engine->moved = fmax(engine->moves.total, contacts.largest);
+    return GBG_OK;
+}
+
+/* A pair that passed through each other, first = -1 if there is none. Two particles at distance >=
+ * contact before and after can only have done so if their relative move was longer than sqrt(2)
+ * contact: otherwise the straight path stays farther than contact/sqrt(2). So the search is needed
+ * only after large moves. */
+static int find_passed(struct gbg_engine *engine, double *reach, struct gbg_pair *pair)
+{
+    double limit = engine->least_contact / sqrt(2.0);
+    *pair = (struct gbg_pair){-1, -1, 0.0};
+    *reach = engine->contact + 2.0 * engine->moved;
+    if (engine->moved <= limit) {
+        return GBG_OK;
+    }
+    for (int a = 0; a < engine->state.box.dimension; a++) {
+        if (*reach > 0.5 * engine->state.box.length[a]) {
+            return refuse(engine, limit,
+                          "particles moved so far that passing through each other "
+                          "cannot be excluded");
+        }
+    }
+    return engine->kernels->passed(engine->device, &engine->state, *reach, pair);
+}
+
+/* The step once more with small pushes; what then still passed through each other is put back. */
+static int correct_gently(struct gbg_engine *engine)
+{
+    struct gbg_pair pair;
+    double reach;
+    int status = engine->kernels->put_back(engine->device, &engine->state);
     if (status == GBG_OK) {
-        engine->contact_rounds += contacts.rounds;
-        engine->contact_pairs += contacts.pairs;
+        status = engine->kernels->integrate(engine->device, &engine->state, &engine->noise,
+                                            engine->step, engine->scene.dt, 1, &engine->moves);
+    }
+    engine->moved = 1e300; /* lists do not know the way back */
+    status = status ? status : correct(engine, gentle_cap);
+    status = status ? status : find_passed(engine, &reach, &pair);
+    if (status == GBG_OK && pair.first >= 0) {
+        int64_t reverted;
+        status = engine->kernels->roll_back(engine->device, &engine->state, reach,
+                                            contact_tolerance, &reverted);
+        engine->reverted += status == GBG_OK ? reverted : 0;
     }
     return status;
+}
+
+int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *step)
+{
+    (void)step;
+    struct gbg_pair pair;
+    double reach, limit = engine->least_contact / sqrt(2.0);
+    int status = correct(engine, cap);
+    status = status ? status : find_passed(engine, &reach, &pair);
+    if (status != GBG_OK || pair.first < 0) {
+        return status;
+    }
+    if (engine->moves.total > limit) { /* not pushes: the free moves are too long */
+        char why[128];
+        snprintf(why, sizeof why, "particles %lld and %lld passed through each other",
+                 (long long)id_of(engine, pair.first), (long long)id_of(engine, pair.second));
+        return refuse(engine, limit, why);
+    }
+    engine->repeated++;
+    return correct_gently(engine);
+}
+
+int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count)
+{
+    struct gbg_pair pair;
+    *count = 0;
+    return engine->contact == 0.0
+               ? GBG_OK
+               : engine->kernels->overlaps(engine->device, &engine->state, contact_tolerance, 0,
+                                           NULL, NULL, &pair, count);
 }
 
 int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call)

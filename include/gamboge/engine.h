@@ -49,10 +49,13 @@ GBG_API int gbg_engine_ids(struct gbg_engine *engine, int64_t n, int64_t *ids);
 GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags);
 
 /* Counters and quantities by name. Integers: "step", "particles", "species", "threads",
- * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps).
- * Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step), "packing",
+ * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps),
+ * "repeated" (steps whose contacts were corrected once more with small pushes, because pushes of
+ * several contacts had carried a pair through each other) and "reverted" (particles put back to
+ * where they were before the step where that did not help; both sums over steps), "overlaps_left" (pairs that overlap
+ * now, counted afresh over all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step), "packing",
  * "bytes_per_particle". */
-GBG_API int gbg_engine_integer(const struct gbg_engine *engine, const char *name, int64_t *value);
+GBG_API int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *value);
 GBG_API int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value);
 
 /* The plan, a line a step: "kernel | what | bytes a particle"; text gets at most capacity bytes. */

@@ -137,6 +137,55 @@ static void contacts_conserve_the_centre(void **state)
     gbg_context_destroy(&context);
 }
 
+static void set_place(struct gbg_engine *engine, int64_t i, double x, double y)
+{
+    const double r[2] = {x, y};
+    for (int a = 0; a < 2; a++) {
+        uint64_t fraction = gbg_box_encode(&engine->state.box, a, r[a], NULL);
+        engine->state.high[a][i] = (uint32_t)(fraction >> 32);
+        engine->state.low[a][i] = (uint32_t)fraction;
+    }
+}
+
+/* After a step in which 0 and 1 changed places, 3 moved onto the old place of 1, and 4 away: the
+ * pair goes back, then 3, which overlaps what was put back, and nobody else. */
+static void rolling_back(void **state)
+{
+    (void)state;
+    static struct made_particles made;
+    struct gbg_context *context = made_context("cpu");
+    double length[2] = {20.0, 20.0};
+    struct gbg_scene scene = made_scene(context, 2, length);
+    made_lattice(&made, &scene, 10, 0.0);
+    made.p.n = 5;
+    static const double start[5][2] = {{0, 0}, {1.1, 0}, {5, 5}, {2.3, 0}, {3.6, 0}};
+    for (int i = 0; i < 5; i++) {
+        made.store[0][i] = start[i][0];
+        made.store[1][i] = start[i][1];
+    }
+    struct gbg_engine *engine = made_engine(&scene, &made);
+    assert_int_equal(engine->kernels->keep(engine->device, &engine->state), GBG_OK);
+    set_place(engine, 0, 1.4, 0.9);
+    set_place(engine, 1, -0.2, -0.9);
+    set_place(engine, 3, 1.9, -0.3);
+    set_place(engine, 4, 3.6, 1.0);
+    int64_t reverted = 0;
+    assert_int_equal(
+        engine->kernels->roll_back(engine->device, &engine->state, 6.0, 1e-12, &reverted), GBG_OK);
+    assert_int_equal(reverted, 3);
+    static const double end[5][2] = {{0, 0}, {1.1, 0}, {5, 5}, {2.3, 0}, {3.6, 1.0}};
+    double r[2][5];
+    for (int a = 0; a < 2; a++) {
+        assert_int_equal(gbg_engine_decode(engine, 1, a, r[a], 1), GBG_OK);
+        for (int i = 0; i < 5; i++) {
+            assert_true(fabs(r[a][i] - end[i][a]) < 1e-12);
+        }
+    }
+    assert_true(naive_closest(engine) >= 1.0 - 1e-12);
+    gbg_engine_free(engine);
+    gbg_context_destroy(&context);
+}
+
 static void small_systems(void **state)
 {
     (void)state;
@@ -164,6 +213,7 @@ int main(void)
         cmocka_unit_test(overlapping_and_coincident_starts_are_refused),
         cmocka_unit_test(too_large_steps_are_refused),
         cmocka_unit_test(contacts_conserve_the_centre),
+        cmocka_unit_test(rolling_back),
         cmocka_unit_test(small_systems),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -12,10 +12,6 @@
 /* The rule "contact" separates to this much more than contact, so that rounds end: each round
  * shrinks the overlaps that neighbours push back, but never to zero. */
 static const double contact_margin = 1e-9;
-/* Largest part of the contact distance that one pair moves one of its discs in a round; taken from
- * a pair and not from the sum of pushes, so that momentum is conserved. */
-static const double pair_cap = 0.25;
-
 /* Contact distances of all species pairs, made once a call. */
 struct table {
     double contact[GBG_SPECIES_MAX][GBG_SPECIES_MAX];
@@ -115,7 +111,8 @@ static inline int push_pair(const struct round *round, int64_t i, int64_t j, int
     double distance = sqrt(squared);
     double depth = contact - distance;
     double move = round->rule->bounce ? depth : 0.5 * (depth + contact_margin * contact);
-    move = move > pair_cap * contact ? pair_cap * contact : move;
+    /* the cap is taken from a pair and not from the sum of pushes: that conserves momentum */
+    move = move > round->rule->cap * contact ? round->rule->cap * contact : move;
     if (distance < 1e-12 * contact) {
         push_coincident(state, i, j, move, push);
         return 1;

@@ -13,5 +13,7 @@ int gbg_overlaps(struct gbg_device *device, struct gbg_state *state, double tole
                  int64_t *count);
 int gbg_passed(struct gbg_device *device, struct gbg_state *state, double reach,
                struct gbg_pair *first);
+int gbg_roll_back(struct gbg_device *device, struct gbg_state *state, double reach,
+                  double tolerance, int64_t *reverted);
 
 #endif

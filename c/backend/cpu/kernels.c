@@ -28,5 +28,6 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .contacts = gbg_contacts,
             .overlaps = gbg_overlaps,
             .passed = gbg_passed,
+            .roll_back = gbg_roll_back,
         },
 };
