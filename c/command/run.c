@@ -166,7 +166,11 @@ static int advance(struct job *job)
         double before = gbg_clock();
         int made = gbg_engine_run(job->session.engine, stop - step);
         double spent = gbg_clock() - before;
-        bite = spent < 0.05 ? 2 * bite : spent > 0.2 && bite > 1 ? bite / 2 : bite;
+        if (spent < 0.05 && stop - step == bite) { /* an output did not end it earlier */
+            bite *= 2;
+        } else if (spent > 0.2 && bite > 1) {
+            bite /= 2;
+        }
         step = present_step(job);
         if (made != GBG_OK) {
             gbg_progress_end(&progress);
