@@ -186,6 +186,12 @@ int gbg_analysis_accumulate(struct gbg_analysis *analysis, const struct gbg_anal
                     analysis->settings.partials ? frame->species : NULL, frame->base);
     set_shells(analysis, frame);
     double bound = gbg_density_bound(analysis->density);
+    if (analysis->frames == 0 && bound > analysis->settings.tolerance) {
+        gbg_log(analysis->context, GBG_LOG_WARNING,
+                "structure factor: with rounding the bound of the density modes is %.1e, above the "
+                "tolerance %.1e",
+                bound, analysis->settings.tolerance);
+    }
     analysis->largest_bound = fmax(analysis->largest_bound, bound);
     for (int64_t s = 0; s < analysis->shells.count; s++) {
         if (analysis->shells.start[s + 1] > analysis->shells.start[s]) {

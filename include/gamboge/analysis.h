@@ -21,9 +21,9 @@ GBG_API int gbg_analysis_create(struct gbg_context *context, int dimension, cons
 GBG_API int gbg_analysis_destroy(struct gbg_analysis **analysis);
 
 /* Settings, before the first frame. Reals: "k_max" (1/length; default 8 pi over the mean particle
- * distance, less where the mesh would not fit into memory_limit), "tolerance" (bound of the aliasing
- * in |d rho|/sqrt(N), default 1e-6; rounding adds what "S_numerr" says), "shell_width" (default
- * 2 pi over the largest box length), "memory_limit" (bytes for mesh and modes, default 2^32). Texts:
+ * distance, less where the mesh would not fit into memory_limit), "tolerance" (bound of aliasing in
+ * |d rho|/sqrt(N), default 1e-6; rounding adds what "S_numerr" says), "shell_width" (default 2 pi
+ * over the largest box length), "memory_limit" (bytes for mesh and modes, default 2^32). Texts:
  * "method" (auto, mesh, direct), "partials" (no, yes). Unknown names are refused, with the nearest
  * one. */
 GBG_API int gbg_analysis_set_real(struct gbg_analysis *analysis, const char *option, double value);

@@ -255,9 +255,8 @@ static void sample_of_many_modes(int dimension, const double *lengths, double k_
 static void fine_meshes_are_within_their_bounds(void **state)
 {
     (void)state;
-    static const double plane[3] = {31, 29, 1}, strip[3] = {1000, 1, 1};
+    static const double plane[3] = {31, 29, 1}, space[3] = {9, 11, 10}, strip[3] = {1000, 1, 1};
 #ifdef GBG_WITH_FFTW
-    static const double space[3] = {9, 11, 10};
     sample_of_many_modes(2, plane, two_pi / 31 * 150, 1500, "mesh");
     sample_of_many_modes(3, space, two_pi / 9 * 20, 1500, "mesh");
     sample_of_many_modes(2, strip, two_pi * 3.5, 1500, "mesh");

@@ -112,8 +112,8 @@ static double worst_in_band(int width, double beta)
     struct gbg_window window;
     double worst = 0, sum, root;
     gbg_window_make_with(width, beta, &window);
-    for (int i = 0; i <= 10; i++) {
-        gbg_window_alias(&window, i / 40.0, &sum, &root);
+    for (int i = 0; i <= 100; i++) {
+        gbg_window_alias(&window, i / 400.0, &sum, &root);
         worst = fmax(worst, sum);
     }
     return worst;
