@@ -16,7 +16,8 @@ static void choose_shift(struct gbg_list *list, const struct gbg_box *box)
             shift++;
         }
         list->shift[a] = shift;
-        list->scale[a] = (float)(period * 0x1p-32);
+        list->unit[a] = period * 0x1p-32;
+        list->scale[a] = (float)list->unit[a];
     }
 }
 

@@ -39,7 +39,8 @@ struct gbg_list {
     int dimension;
     double reach, radius;
     int shift[3];
-    float scale[3]; /* length of a unit of a local coordinate */
+    double unit[3]; /* length of a unit of a local coordinate */
+    float scale[3]; /* the same */
     int64_t n, slices;
     uint32_t *local[3]; /* present */
     uint32_t *built[3]; /* when the list was built */
