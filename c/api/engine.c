@@ -287,7 +287,8 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
 }
 
 static const char *const real_names[] = {
-    "time", "dt", "seconds", "largest_move", "packing", "bytes_per_particle", NULL};
+    "time",    "dt", "seconds", "largest_move", "packing", "bytes_per_particle",
+    "contact_virial", NULL};
 
 int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value)
 {
@@ -301,7 +302,8 @@ int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *v
                              engine->seconds,
                              engine->step > 0 ? engine->moves.total : 0.0,
                              gbg_scene_packing(&engine->scene),
-                             gbg_engine_bytes(engine)};
+                             gbg_engine_bytes(engine),
+                             engine->contact_virial};
     int k = gbg_text_find(name, real_names);
     if (k < 0) {
         return gbg_fail(engine->context, GBG_E_NAME, "gbg_engine_real: no real \"%s\"; nearest: %s",

@@ -52,16 +52,25 @@ struct gbg_moves {
  * for every pair closer than `reach` as long as nobody has moved more than (radius - reach)/2. */
 struct gbg_list;
 
-/* Contact correction: rule, largest number of rounds, and what came of it. */
+/* How overlapping pairs are parted in rounds. BOUNCE: to the mirror distance; CONTACT: to contact;
+ * CARTER: bounce as in Carter (2016), where the sum of a particle's pushes in a round, and not each
+ * pair's, is cut to a quarter of its diameter, which does not conserve momentum. */
+enum gbg_parting { GBG_PARTING_BOUNCE, GBG_PARTING_CONTACT, GBG_PARTING_CARTER };
+
+/* Contact correction: what is asked for, and what came of it. The outputs count what one call did.
+ */
 struct gbg_contacts {
-    int bounce; /* 1: separate to the mirror distance, 0: to contact */
+    int parting; /* enum gbg_parting, for rounds */
     int64_t max_rounds;
     double tolerance; /* relative distance below which a pair counts as touching */
     double cap;       /* largest part of contact that a pair moves one of its discs in a round */
-    int64_t rounds;   /* out: rounds that moved somebody */
-    int64_t pairs;    /* out: pushes */
-    int64_t left;     /* out: overlapping pairs left (0 unless rounds ran out) */
-    double largest;   /* out: largest move since the start of the step among those corrected */
+    const struct gbg_noise *noise; /* of the step, for the rule bridge: deviation and key */
+    uint64_t step;                 /* number of the step, for the same */
+    int64_t rounds; /* out: rounds (sweeps for the rule bridge) that moved somebody */
+    int64_t pairs;  /* out: pushes, or events */
+    int64_t left;   /* out: overlapping pairs left (0 unless rounds ran out) */
+    double largest; /* out: largest move since the start of the step among those corrected */
+    double virial;  /* out: sum over pushes of distance times the displacement of one disc */
 };
 
 /* A pair of indices with its distance; first = -1: none. */
@@ -110,8 +119,15 @@ struct gbg_kernels {
     /* Hard cores: keep the coordinates before a step, correct, put back, and the checks. */
     int (*keep)(struct gbg_device *device, struct gbg_state *state);
     int (*put_back)(struct gbg_device *device, struct gbg_state *state);
+    /* Rounds of parting until no pair overlaps, or max_rounds. */
     int (*contacts)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                     struct gbg_contacts *contacts);
+    /* Rules that take the straight moves from the coordinates before the step to those now and put
+     * corrected ones in their place; what they leave overlapping is for `contacts`. */
+    int (*events)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                  struct gbg_contacts *contacts);
+    int (*bridge)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                  struct gbg_contacts *contacts);
     /* Pairs closer than contact (1 - tolerance): their number, the one of lowest indices, and the
      * first `capacity` as indices first < second in ascending order (NULL with capacity 0). */
     int (*overlaps)(struct gbg_device *device, struct gbg_state *state, double tolerance,

@@ -44,6 +44,7 @@ struct gbg_engine {
     struct gbg_moves moves;
     int forces_current;                    /* 1: force[] belongs to the present positions */
     int64_t contact_rounds, contact_pairs, reverted, repeated; /* sums over steps */
+    double contact_virial; /* sum over steps of distance times the displacement of one disc */
 
     int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
     int32_t *species; /* for views: made when first asked for */
@@ -89,6 +90,9 @@ int gbg_engine_digest(struct gbg_engine *engine, char text[65]);
 
 /* Bytes a particle that the engine holds now. */
 double gbg_engine_bytes(const struct gbg_engine *engine);
+
+/* Id of the particle at index i of the state. */
+int64_t gbg_engine_id(const struct gbg_engine *engine, int64_t i);
 
 static inline int64_t gbg_engine_rank(const struct gbg_engine *engine, int64_t k)
 {

@@ -97,11 +97,23 @@ static double contact_skin(const struct gbg_engine *engine)
 
 static int plan_cores(struct gbg_engine *engine)
 {
+    static const char *const names[] = {[GBG_RULE_EVENT] = "event",
+                                        [GBG_RULE_BRIDGE] = "bridge",
+                                        [GBG_RULE_BOUNCE] = "bounce",
+                                        [GBG_RULE_CONTACT] = "contact",
+                                        [GBG_RULE_CARTER] = "carter"};
+    const struct gbg_kernels *kernels = engine->kernels;
+    int rule = engine->scene.rule;
+    if ((rule == GBG_RULE_EVENT && !kernels->events) ||
+        (rule == GBG_RULE_BRIDGE && !kernels->bridge)) {
+        return gbg_fail(engine->context, GBG_E_UNBUILT,
+                        "excluded_volume.rule: backend %s has no rule %s", engine->backend->name,
+                        names[rule]);
+    }
     int status = make_list(engine, engine->contact, contact_skin(engine), &engine->contacts);
     if (status == GBG_OK) {
         add(engine, "contacts", engine->scene.overlap ? 1.0 : 0.0, gbg_step_contacts,
-            "rule %s in rounds until no pair within %.4g overlaps",
-            engine->scene.rule == GBG_RULE_CONTACT ? "contact" : "bounce", engine->contact);
+            "rule %s in rounds until no pair within %.4g overlaps", names[rule], engine->contact);
     }
     return status;
 }

@@ -22,7 +22,7 @@ static int prepare_step(struct gbg_engine *engine, struct gbg_plan_step *step)
         status = step->run(engine, step);
         step->bytes += list_bytes(engine, engine->pairs);
     } else if (step->run == gbg_step_contacts) {
-        struct gbg_contacts none = {.bounce = 1, .tolerance = 1e-9, .cap = 0.25};
+        struct gbg_contacts none = {.parting = GBG_PARTING_BOUNCE, .tolerance = 1e-9, .cap = 0.25};
         status = kernels->list_update(engine->device, &engine->state, engine->contacts, 0.0);
         if (status == GBG_OK) {
             status = kernels->contacts(engine->device, &engine->state, engine->contacts, &none);

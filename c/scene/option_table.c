@@ -78,9 +78,10 @@ const struct gbg_option gbg_scene_options[] = {
     PLAIN("particles.start.frame", GBG_INTEGER, start_frame, "-1", "[-1, 9007199254740992]",
           "frame of a trajectory, from 0; -1 is the last"),
     PLAIN("excluded_volume.rule", GBG_CHOICE, rule, "none",
-          "none, auto, event, bridge, bounce, contact",
-          "how overlapping cores part; auto takes bounce in this version, which lacks event and "
-          "bridge. In a file a block without a rule means auto"),
+          "none, auto, event, bridge, bounce, contact, carter",
+          "how overlapping cores part; auto takes bounce. carter is bounce with the cut of summed "
+          "pushes of Carter (2016), which breaks momentum: for reproduction. In a file a block "
+          "without a rule means auto"),
     PLAIN("excluded_volume.neighbours", GBG_CHOICE, neighbours, "auto", "auto, grid, delaunay",
           "how close pairs are found; delaunay is not in this version"),
     PLAIN("excluded_volume.max_rounds", GBG_INTEGER, max_rounds, "10000", "[1, 1000000000]",

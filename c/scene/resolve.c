@@ -270,11 +270,6 @@ static int check_cores(const struct gbg_scene *scene)
 
 static int resolve_exclusion(struct gbg_scene *scene)
 {
-    if (scene->rule == GBG_RULE_EVENT || scene->rule == GBG_RULE_BRIDGE) {
-        return gbg_fail(scene->context, GBG_E_SCENE,
-                        "excluded_volume.rule: %s is not in this version; take bounce or contact",
-                        scene->rule == GBG_RULE_EVENT ? "event" : "bridge");
-    }
     if (scene->neighbours == GBG_NEIGHBOURS_DELAUNAY) {
         return gbg_fail(scene->context, GBG_E_SCENE,
                         "excluded_volume.neighbours: delaunay is not in this version; take grid");

@@ -200,10 +200,6 @@ static void contradictions_are_named(void **state)
     (void)state;
     const double flat[] = {2000, 1.9}, crowded[] = {2, 3};
     struct gbg_scene *scene = small_scene();
-    gbg_scene_set_text(scene, "excluded_volume.rule", "event");
-    expect(gbg_scene_check(scene), GBG_E_SCENE, "event is not in this version; take bounce");
-    gbg_scene_set_text(scene, "excluded_volume.rule", "bridge");
-    expect(gbg_scene_check(scene), GBG_E_SCENE, "bridge is not in this version");
     gbg_scene_set_text(scene, "excluded_volume.rule", "contact");
     gbg_scene_set_text(scene, "excluded_volume.neighbours", "delaunay");
     expect(gbg_scene_check(scene), GBG_E_SCENE, "delaunay is not in this version; take grid");

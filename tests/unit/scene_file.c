@@ -249,8 +249,6 @@ static void bad_lines_are_named(void **state)
         {17, "  - {power: 6, cutoff: 30.5}", GBG_E_SCENE, 17,
          "at most half the shortest box length"},
         {17, "  - {power: 6, sum: cutoff}", GBG_E_ARGUMENT, 17, "cutoff: 0 given"},
-        {18, "excluded_volume: {rule: event}", GBG_E_SCENE, 18, "event is not in this version"},
-        {18, "excluded_volume: {rule: bridge}", GBG_E_SCENE, 18, "take bounce or contact"},
         {18, "excluded_volume: {neighbours: delaunay}", GBG_E_SCENE, 18, "take grid"},
         {18, "excluded_volume: {rule: bouncy}", GBG_E_NAME, 18, "\"bouncy\" given, allowed none,"},
         {18, "excluded_volume: {rule: none}", GBG_E_SCENE, 27, "overlap: true needs"},

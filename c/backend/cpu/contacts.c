@@ -39,6 +39,7 @@ struct round {
     const struct gbg_contacts *rule;
     const struct table *table;
     gbg_cpu_screen screen;
+    double virial_unit; /* virials are summed in integers, so that their order cannot show */
 };
 
 static inline double contact_of(const struct round *round, int64_t i, int64_t j)
@@ -99,7 +100,8 @@ static void push_coincident(const struct gbg_state *state, int64_t i, int64_t j,
 
 /* Adds what the overlap with j moves i by; both particles of a pair find the same numbers with
  * opposite signs, so the pair's sum is zero to the last bit. Returns 1 if they overlap. */
-static inline int push_pair(const struct round *round, int64_t i, int64_t j, int64_t push[3])
+static inline int push_pair(const struct round *round, int64_t i, int64_t j, int64_t push[3],
+                            int64_t *virial)
 {
     const struct gbg_state *state = round->state;
     int64_t quanta[3];
@@ -110,9 +112,13 @@ static inline int push_pair(const struct round *round, int64_t i, int64_t j, int
     }
     double distance = sqrt(squared);
     double depth = contact - distance;
-    double move = round->rule->bounce ? depth : 0.5 * (depth + contact_margin * contact);
+    int parting = round->rule->parting;
+    double move = parting == GBG_PARTING_CONTACT ? 0.5 * (depth + contact_margin * contact) : depth;
     /* the cap is taken from a pair and not from the sum of pushes: that conserves momentum */
-    move = move > round->rule->cap * contact ? round->rule->cap * contact : move;
+    if (parting != GBG_PARTING_CARTER && move > round->rule->cap * contact) {
+        move = round->rule->cap * contact;
+    }
+    *virial += i < j ? (int64_t)rint(distance * move / round->virial_unit) : 0;
     if (distance < 1e-12 * contact) {
         push_coincident(state, i, j, move, push);
         return 1;
@@ -203,23 +209,41 @@ static void look_at_marked(struct gbg_list *list, struct gbg_chunk *chunk)
     }
 }
 
+/* The sum of all pushes on particle i, cut to a quarter of its diameter. */
+static void cut_sum(const struct round *round, int64_t i, int64_t push[3])
+{
+    const struct gbg_state *state = round->state;
+    double squared = 0.0, most = 0.25 * contact_of(round, i, i);
+    for (int a = 0; a < state->box.dimension; a++) {
+        double d = (double)push[a] * state->box.quantum[a];
+        squared += d * d;
+    }
+    for (int a = 0; squared > most * most && a < state->box.dimension; a++) {
+        push[a] = (int64_t)rint((double)push[a] * (most / sqrt(squared)));
+    }
+}
+
 static void find_pushes(const struct round *round, struct gbg_chunk *chunk)
 {
     const struct gbg_list *list = round->list;
     chunk->n_move = 0;
     chunk->pairs = 0;
+    chunk->virial = 0;
     for (int64_t m = 0; m < chunk->n_look; m++) {
         int64_t i = chunk->look[m], slice = i / GBG_SLICE, pairs = 0;
         const int32_t *index = chunk->index + list->offset[slice] + i % GBG_SLICE;
         int64_t push[3] = {0, 0, 0};
         for (int32_t k = 0; k < list->width[slice]; k++) {
             int64_t j = index[(int64_t)k * GBG_SLICE];
-            if (j != i && push_pair(round, i, j, push)) {
+            if (j != i && push_pair(round, i, j, push, &chunk->virial)) {
                 pairs++;
                 chunk->pairs += i < j;
             }
         }
         if (pairs > 0) {
+            if (round->rule->parting == GBG_PARTING_CARTER) {
+                cut_sum(round, i, push);
+            }
             for (int a = 0; a < list->dimension; a++) {
                 chunk->push[a][chunk->n_move] = push[a];
             }
@@ -313,10 +337,16 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
 {
     struct table table;
     make_table(state, contacts->tolerance, &table);
-    struct round round = {state, list, contacts, &table, device->variant->screen};
+    struct round round = {state,
+                          list,
+                          contacts,
+                          &table,
+                          device->variant->screen,
+                          0x1p-40 * table.largest * table.largest};
     int status = reserve(device, list), all = 0;
+    int64_t virial = 0;
     contacts->rounds = contacts->pairs = contacts->left = 0;
-    contacts->largest = 0.0;
+    contacts->largest = contacts->virial = 0.0;
     if (status != GBG_OK || list->n == 0) {
         return status;
     }
@@ -346,6 +376,9 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
         }
         contacts->rounds++;
         contacts->pairs += pairs;
+        for (int c = 0; c < list->n_chunks; c++) {
+            virial += list->chunk[c].virial;
+        }
         status = next_candidates(device, &round, &all);
         if (status != GBG_OK) {
             return status;
@@ -355,5 +388,6 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
         double largest = sqrt(list->chunk[c].largest);
         contacts->largest = largest > contacts->largest ? largest : contacts->largest;
     }
+    contacts->virial = (double)virial * round.virial_unit;
     return GBG_OK;
 }

@@ -25,6 +25,7 @@ struct gbg_chunk {
     int32_t *look, *move;
     int64_t *push[3];
     int64_t n_look, n_move, pairs, work_capacity;
+    int64_t virial; /* in the unit of the call */
     int stale;
     int status;
     double largest;
