@@ -70,7 +70,8 @@ struct gbg_contacts {
     int64_t pairs;  /* out: pushes, or events */
     int64_t left;   /* out: overlapping pairs left (0 unless rounds ran out) */
     double largest; /* out: largest move since the start of the step among those corrected */
-    double virial;  /* out: sum over pushes of distance times the displacement of one disc */
+    double virial;  /* out: sum over pushes of the distance half way times the displacement of one
+                       disc */
 };
 
 /* A pair of indices with its distance; first = -1: none. */

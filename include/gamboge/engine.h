@@ -41,8 +41,7 @@ GBG_API int gbg_engine_forces(struct gbg_engine *engine, int64_t n, double *x, d
 GBG_API int gbg_engine_force_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
                                    double *rms_over_median);
 /* Species counted from base (0 or 1) and permanent ids, same order. */
-GBG_API int gbg_engine_species(struct gbg_engine *engine, int64_t n, int32_t *species,
-                               int base);
+GBG_API int gbg_engine_species(struct gbg_engine *engine, int64_t n, int32_t *species, int base);
 GBG_API int gbg_engine_ids(struct gbg_engine *engine, int64_t n, int64_t *ids);
 /* 1 for each particle that took part in an overlap during the last step, else 0; needs the scene
  * option output.trajectory.overlap. */
@@ -52,11 +51,12 @@ GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t 
  * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps),
  * "repeated" (steps whose contacts were corrected once more with small pushes, because pushes of
  * several contacts had carried a pair through each other) and "reverted" (particles put back to
- * where they were before the step where that did not help; both sums over steps), "overlaps_left" (pairs that overlap
- * now, counted afresh over all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step), "packing",
- * "bytes_per_particle", "contact_virial": sum over steps and contact pushes of the distance of the
- * pair times the displacement of one of its two particles; the pressure of n particles follows as
- * Z = 1 + 2 contact_virial/(dimension n T time), Foss and Brady's displacement stress. */
+ * where they were before the step where that did not help; both sums over steps), "overlaps_left"
+ * (pairs that overlap now, counted afresh over all cells). Reals: "time", "dt", "seconds" (spent in
+ * run), "largest_move" (free move, last step), "packing", "bytes_per_particle", "contact_virial":
+ * sum over steps and contact pushes of the distance of the pair half way through the push times the
+ * displacement of one of its two particles; the pressure of n particles follows as Z = 1 + 2
+ * contact_virial/(dimension n T time), Foss and Brady's displacement stress. */
 GBG_API int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *value);
 GBG_API int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value);
 

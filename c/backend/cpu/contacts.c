@@ -118,7 +118,9 @@ static inline int push_pair(const struct round *round, int64_t i, int64_t j, int
     if (parting != GBG_PARTING_CARTER && move > round->rule->cap * contact) {
         move = round->rule->cap * contact;
     }
-    *virial += i < j ? (int64_t)rint(distance * move / round->virial_unit) : 0;
+    /* distance half way: the push of a bounce from r to 2 contact - r counts with contact, and the
+     * virial of an equilibrium is that of its pair distribution */
+    *virial += i < j ? (int64_t)rint((distance + move) * move / round->virial_unit) : 0;
     if (distance < 1e-12 * contact) {
         push_coincident(state, i, j, move, push);
         return 1;
