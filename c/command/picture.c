@@ -179,11 +179,16 @@ static void draw_frames(const struct gbg_picture *picture, const struct gbg_layo
     }
 }
 
+void gbg_picture_heading(const char *text, double width, double font, cairo_t *cairo)
+{
+    use_font(cairo, font);
+    cairo_move_to(cairo, fmax(0, 0.5 * (width - text_width(cairo, text))), 1.7 * font);
+    cairo_show_text(cairo, text);
+}
+
 int gbg_picture_draw(const struct gbg_picture *picture, const struct gbg_layout *layout,
                      cairo_t *cairo)
 {
-    cairo_set_source_rgb(cairo, 1, 1, 1);
-    cairo_paint(cairo);
     int status = gbg_picture_draw_discs(picture, layout, cairo);
     draw_frames(picture, layout, cairo);
     draw_title(picture, layout, cairo);

@@ -40,7 +40,9 @@ struct gbg_layout {
 
 void gbg_picture_lay_out(const struct gbg_picture *picture, double width,
                          struct gbg_layout *layout);
-/* 0, or -1 without memory. */
+/* One line of text in the middle of the top of a canvas. */
+void gbg_picture_heading(const char *text, double width, double font, cairo_t *cairo);
+/* On a canvas that is white already. 0, or -1 without memory. */
 int gbg_picture_draw(const struct gbg_picture *picture, const struct gbg_layout *layout,
                      cairo_t *cairo);
 /* The discs alone, all panels. 0, or -1 without memory. */

@@ -1,39 +1,16 @@
-/* Command: gamboge plot: S(k) drawn by gnuplot, which reads its script through a pipe. */
+/* Command: gamboge plot: S(k), or the columns of a table. */
 #include <math.h>
-#include <signal.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include "command/gnuplot.h"
 #include "command/plot_data.h"
-#include "core/file.h"
+#include "command/plot_table.h"
 
-static int gnuplot_exists(void)
-{
-    const char *path = getenv("PATH");
-    char folders[GBG_PATH_MOST], name[GBG_PATH_MOST + 16], *rest = NULL;
-    snprintf(folders, sizeof folders, "%s", path ? path : "/usr/bin:/bin");
-    for (char *folder = strtok_r(folders, ":", &rest); folder;
-         folder = strtok_r(NULL, ":", &rest)) {
-        snprintf(name, sizeof name, "%s/gnuplot", folder);
-        if (access(name, X_OK) == 0) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-/* A text in gnuplot's single quotes, where only the quote itself needs care. */
-static void put_quoted(FILE *script, const char *text)
-{
-    fputc('\'', script);
-    for (; *text; text++) {
-        fputs(*text == '\'' ? "''" : (char[2]){*text, 0}, script);
-    }
-    fputc('\'', script);
-}
+struct picture {
+    const char *path;
+    const struct gbg_plot_data *data;
+};
 
 static void put_block(FILE *script, int index, const struct gbg_plot_data *data,
                       const struct gbg_curve *curve)
@@ -49,29 +26,10 @@ static void put_block(FILE *script, int index, const struct gbg_plot_data *data,
     fprintf(script, "END\n");
 }
 
-static void put_canvas(FILE *script, const struct gbg_plot_data *data, const char *partial,
-                       int as_svg, int64_t width)
+static void put_axes(FILE *script, const struct gbg_plot_data *data)
 {
-    int64_t height = width * 5 / 8;
-    double font = fmax(8, (double)width / 75);
-    if (as_svg) {
-        fprintf(script,
-                "set terminal svg size %lld,%lld enhanced font 'sans,%.0f' "
-                "background '#ffffff'\n",
-                (long long)width, (long long)height, font);
-    } else {
-        fprintf(script,
-                "if (strstrt(GPVAL_TERMINALS, 'pngcairo') > 0) "
-                "set terminal pngcairo size %lld,%lld enhanced font 'sans,%.0f' "
-                "background '#ffffff'; else set terminal png size %lld,%lld\n",
-                (long long)width, (long long)height, font, (long long)width, (long long)height);
-    }
-    fprintf(script, "set encoding utf8\nset output ");
-    put_quoted(script, partial);
     fprintf(script,
-            "\nset border 3 lc rgb '#555555'\nset tics nomirror out\n"
-            "set grid lc rgb '#e4e4e4' lt 1\nset key "
-            "top right opaque noenhanced\n"
+            "set key top right opaque noenhanced\n"
             "set xlabel 'k {/Symbol s}'\nset ylabel 'S(k)'\nset xrange [0:%.9g]\n",
             data->k[data->shells - 1]);
 }
@@ -90,7 +48,7 @@ static void put_title(FILE *script, const char *path, const struct gbg_plot_data
         strncat(title, part, sizeof title - strlen(title) - 1);
     }
     fputs("set title ", script);
-    put_quoted(script, title);
+    gbg_gnuplot_quote(script, title);
     fputs(" noenhanced\n", script);
     if (isfinite(data->largest_bound)) {
         fprintf(script,
@@ -105,26 +63,22 @@ static void put_title(FILE *script, const char *path, const struct gbg_plot_data
  * every third dashed, because partials of like species often lie on each other. */
 static void put_curve(FILE *script, int index, const char *label)
 {
-    double colour[3] = {0.13, 0.13, 0.13};
-    char line[64];
-    if (index > 0) {
-        gbg_palette(index - 1, colour);
-    }
-    snprintf(line, sizeof line, "lc rgb '#%02x%02x%02x'", (int)lround(255 * colour[0]),
-             (int)lround(255 * colour[1]), (int)lround(255 * colour[2]));
-    fprintf(script,
-            "%s$c%d using 1:($2-$3):(0):(2*$3) with vectors nohead lw 1.2 %s notitle, "
-            "$c%d with lines lw %g dt %d %s title ",
-            index ? ", " : "plot 1 with lines lc rgb '#bbbbbb' notitle, ", index, line, index,
-            index ? 1.8 : 2.2, index > 0 && index % 3 == 0 ? 2 : 1, line);
-    put_quoted(script, label);
+    fprintf(script, "%s$c%d using 1:($2-$3):(0):(2*$3) with vectors nohead lw 1.2 ",
+            index ? ", " : "plot 1 with lines lc rgb '#bbbbbb' notitle, ", index);
+    gbg_gnuplot_colour(script, index - 1);
+    fprintf(script, " notitle, $c%d with lines lw %g dt %d ", index, index ? 1.8 : 2.2,
+            index > 0 && index % 3 == 0 ? 2 : 1);
+    gbg_gnuplot_colour(script, index - 1);
+    fputs(" title ", script);
+    gbg_gnuplot_quote(script, label);
 }
 
-static void write_script(FILE *script, const char *path, const struct gbg_plot_data *data,
-                         const char *partial, int as_svg, int64_t width)
+static void write_script(FILE *script, const void *plot)
 {
-    put_canvas(script, data, partial, as_svg, width);
-    put_title(script, path, data);
+    const struct picture *picture = plot;
+    const struct gbg_plot_data *data = picture->data;
+    put_axes(script, data);
+    put_title(script, picture->path, data);
     put_block(script, 0, data, &data->total);
     for (int p = 0; p < data->pairs; p++) {
         put_block(script, p + 1, data, &data->pair[p]);
@@ -133,51 +87,42 @@ static void write_script(FILE *script, const char *path, const struct gbg_plot_d
     for (int p = 0; p < data->pairs; p++) {
         put_curve(script, p + 1, data->pair[p].label);
     }
-    fputs("\nset output\n", script);
 }
 
-/* Runs gnuplot on the script; 0 when it ended well and left a picture. */
-static int run_gnuplot(const char *path, const struct gbg_plot_data *data, const char *partial,
-                       int as_svg, int64_t width)
+/* Options that say how a table is drawn mean nothing for S(k). */
+static int refuse_table_options(const struct gbg_arguments *arguments)
 {
-    struct stat made;
-    void (*before)(int) = signal(SIGPIPE, SIG_IGN);
-    fflush(stdout);
-    FILE *script = popen("exec gnuplot", "w");
-    int status = -1;
-    if (script) {
-        write_script(script, path, data, partial, as_svg, width);
-        status = pclose(script);
+    static const char *const names[] = {"log", "points", "title", "ylabel"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        if (gbg_given(arguments, names[k])) {
+            return gbg_complain(GBG_EXIT_USE,
+                                "--%s is an option of tables: %s does not end in .csv", names[k],
+                                arguments->operand);
+        }
     }
-    signal(SIGPIPE, before);
-    if (status != 0 || stat(partial, &made) != 0 || made.st_size == 0) {
-        return -1;
-    }
-    return 0;
-}
-
-static int draw(const struct gbg_arguments *arguments, const struct gbg_plot_data *data)
-{
-    const char *path = arguments->operand, *out = gbg_text_of(arguments, "out", NULL);
-    int64_t width = gbg_integer_of(arguments, "width", 1200);
-    char temporary[GBG_PATH_MOST];
-    if (gbg_file_temporary(NULL, out, temporary, sizeof temporary) != GBG_OK) {
-        return gbg_complain_library(GBG_EXIT_FAILED, NULL);
-    }
-    if (run_gnuplot(path, data, temporary, gbg_has_suffix(out, ".svg"), width) != 0) {
-        gbg_file_abandon(temporary);
-        return gbg_complain(GBG_EXIT_FAILED, "gnuplot did not draw %s", out);
-    }
-    if (gbg_file_commit(NULL, temporary, out) != GBG_OK) {
-        gbg_file_abandon(temporary);
-        return gbg_complain_library(GBG_EXIT_FAILED, NULL);
-    }
-    printf("%s: S(k) of %s, %s shells, %d partials\n", out, path,
-           gbg_count_text((int64_t)data->shells), data->pairs);
     return GBG_EXIT_DONE;
 }
 
-static int plot(const struct gbg_arguments *arguments, struct gbg_plot_data *data)
+static int plot_structure(const struct gbg_arguments *arguments)
+{
+    const char *path = arguments->operand;
+    struct gbg_plot_data data = {0};
+    const struct picture picture = {path, &data};
+    int status = refuse_table_options(arguments);
+    if (status) {
+        return status;
+    }
+    status = gbg_plot_data_read(path, &data);
+    status = status ? status : gbg_gnuplot_draw(arguments, write_script, &picture);
+    if (status == GBG_EXIT_DONE) {
+        printf("%s: S(k) of %s, %s shells, %d partials\n", gbg_text_of(arguments, "out", NULL),
+               path, gbg_count_text((int64_t)data.shells), data.pairs);
+    }
+    gbg_plot_data_release(&data);
+    return status;
+}
+
+int gbg_command_plot(const struct gbg_arguments *arguments)
 {
     const char *path = arguments->operand, *out = gbg_text_of(arguments, "out", NULL);
     if (!gbg_has_suffix(out, ".png") && !gbg_has_suffix(out, ".svg")) {
@@ -187,22 +132,8 @@ static int plot(const struct gbg_arguments *arguments, struct gbg_plot_data *dat
         return gbg_complain(GBG_EXIT_USE, "there is no file %s", path);
     }
     int status = gbg_check_output(out, path);
-    status = status ? status : gbg_plot_data_read(path, data);
     if (status) {
         return status;
     }
-    if (!gnuplot_exists()) {
-        return gbg_complain(GBG_EXIT_FAILED,
-                            "plot draws with gnuplot, which is not installed: apt-get install "
-                            "gnuplot-nox");
-    }
-    return draw(arguments, data);
-}
-
-int gbg_command_plot(const struct gbg_arguments *arguments)
-{
-    struct gbg_plot_data data = {0};
-    int status = plot(arguments, &data);
-    gbg_plot_data_release(&data);
-    return status;
+    return gbg_has_suffix(path, ".csv") ? gbg_plot_table(arguments) : plot_structure(arguments);
 }

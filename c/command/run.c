@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "command/progress.h"
+#include "command/report.h"
 #include "command/session.h"
 #include "core/file.h"
 
@@ -26,6 +27,7 @@ struct job {
     int64_t first, steps;        /* the run goes from step `first` to step `steps` */
     int64_t frame_every, restart_every;
     int64_t saved_at; /* step of the last restart file, -1: none */
+    const char *json; /* file for the summary, NULL: none */
     int quiet;
     double seconds;
 };
@@ -35,6 +37,18 @@ static int64_t present_step(const struct job *job)
     int64_t step = 0;
     gbg_engine_integer(job->session.engine, "step", &step);
     return step;
+}
+
+static int settle_json(const struct gbg_arguments *arguments, struct job *job)
+{
+    job->json = gbg_text_of(arguments, "json", NULL);
+    if (!job->json) {
+        return GBG_EXIT_DONE;
+    }
+    if (strcmp(job->json, job->out) == 0 || strcmp(job->json, job->restart) == 0) {
+        return gbg_complain(GBG_EXIT_USE, "--json %s is another output of the run", job->json);
+    }
+    return gbg_check_output(job->json, arguments->operand);
 }
 
 /* Puts the command line's options over those of the scene and reads what the job needs of it. */
@@ -61,6 +75,7 @@ static int settle_options(const struct gbg_arguments *arguments, struct job *job
     if (!status && job->restart[0]) {
         status = gbg_check_output(job->restart, arguments->operand);
     }
+    status = status ? status : settle_json(arguments, job);
     return status ? status : gbg_partial_name(job->out, job->partial);
 }
 
@@ -229,7 +244,7 @@ static void print_summary(const struct job *job)
     }
 }
 
-static int finish(struct job *job, int with_hash)
+static int finish(struct job *job, const struct gbg_arguments *arguments)
 {
     int64_t left = 0;
     char hash[65];
@@ -241,10 +256,17 @@ static int finish(struct job *job, int with_hash)
     if (!job->quiet) {
         print_summary(job);
     }
-    if (with_hash && gbg_engine_hash(job->session.engine, sizeof hash, hash) == GBG_OK) {
+    if (gbg_given(arguments, "hash") &&
+        gbg_engine_hash(job->session.engine, sizeof hash, hash) == GBG_OK) {
         printf("state          %s\n", hash);
     }
+    const struct gbg_run_report report = {&job->session, arguments->operand, job->first, job->steps,
+                                          job->seconds};
+    int status = job->json ? gbg_report_write(&report, job->json) : GBG_EXIT_DONE;
     gbg_engine_integer(job->session.engine, "overlaps_left", &left);
+    if (status) {
+        return status;
+    }
     return left == 0 ? GBG_EXIT_DONE
                      : gbg_complain(GBG_EXIT_FAILED, "%lld overlaps are left", (long long)left);
 }
@@ -273,7 +295,7 @@ static int run(const struct gbg_arguments *arguments, struct job *job)
         return gbg_complain(status, "%s is as it was; the frames of this run are in %s", job->out,
                             job->partial);
     }
-    return status ? status : finish(job, gbg_given(arguments, "hash"));
+    return status ? status : finish(job, arguments);
 }
 
 int gbg_command_run(const struct gbg_arguments *arguments)

@@ -143,7 +143,10 @@ static void describe_species(struct definition *make)
 static void describe_dynamics(struct definition *make)
 {
     static const char *const limit_name[] = {"none", "clamp", "redraw"};
-    static const char *const rule_name[] = {"none", "auto", "event", "bridge", "bounce", "contact"};
+    static const char *const rule_name[] = {
+        [GBG_RULE_NONE] = "none",     [GBG_RULE_AUTO] = "auto",     [GBG_RULE_EVENT] = "event",
+        [GBG_RULE_BRIDGE] = "bridge", [GBG_RULE_BOUNCE] = "bounce", [GBG_RULE_CONTACT] = "contact",
+        [GBG_RULE_CARTER] = "carter"};
     const struct gbg_scene *scene = make->view->scene;
     char digest[65];
     gbg_scene_digest(scene, digest);

@@ -59,4 +59,35 @@ chmod +x bin/gnuplot
 PATH=$PWD/bin:$PATH
 expect 1 "gnuplot did not draw" plot s.nc --out s.png
 untouched kept.png plot s.nc --out kept.png
+PATH=$saved
+
+# Tables: every column a curve but those of errors; points take the colour of their partner.
+cat >t.csv <<'END'
+# rounds a step
+N, "C0", C0 error, C1, thesis C0, none
+1000, 5, 0.5, 3, 5.5,
+2000, 6, 1, -3, ,
+END
+expect 0 "3 curves of t.csv, 2 rows" plot t.csv --out t.svg --points thesis --title "it's" --ylabel rounds
+for word in "it's" "thesis C0" rounds; do
+    grep -qF -e "$word" t.svg || fault "the plot of the table lacks \"$word\""
+done
+grep -qF "C0 error" t.svg && fault "the errors of C0 are drawn as a curve"
+[ "$(grep -c "rgb(  0, 114, 178)" t.svg)" -gt "$(grep -c "rgb(230, 159,   0)" t.svg)" ] || fault "the points have a colour of their own"
+expect 0 "cannot show: 1" plot t.csv --out t.png --log xy --width 400
+is_png t.png 400
+expect 2 "is an option of tables" plot s.nc --out s.png --log x
+expect 2 "x|y|xy" plot t.csv --out t.png --log z
+wrong() {
+    printf "%b" "$2" >wrong.csv
+    untouched kept.png plot wrong.csv --out kept.png ${3:-}
+    expect 2 "$1" plot wrong.csv --out w.png ${3:-}
+}
+wrong "no line with names" "# nothing\n\n"
+wrong "at least two columns" "a\n1\n"
+wrong "no row of numbers" "a,b\n"
+wrong "line 3: 1 cells, but 2" "a,b\n1,2\n3\n"
+wrong "line 2: 3 cells, but 2" "a,b\n1,2,3\n"
+wrong "line 2, column \"b\": \"two\"" "a,b\n1,two\n"
+wrong "no value that can be drawn" "a,b\n1,-2\n" "--log y"
 exit $failed

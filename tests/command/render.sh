@@ -48,4 +48,16 @@ expect 2 "there is no folder" render two.nc --out nowhere/p.png
 echo "text" >text.nc
 untouched kept.png render text.nc --out kept.png
 untouched kept.png render two.nc --frame 9 --out kept.png
+
+# Panels: as many lines as trajectories, the picture as wide as asked for, a heading in the file.
+expect 0 "frame 0 of deep.nc, 400 x" render two.nc --beside strip.nc,deep.nc,points.nc --columns 2 --width 800 \
+    --out panels.png
+[ "$(wc -l <said)" -eq 4 ] || fault "four panels, but said: $(cat said)"
+is_png panels.png 800
+expect 0 "took part in an overlap" render two.nc --colour overlap --title "a heading" --out heading.svg
+grep -q "<svg" heading.svg || fault "heading.svg is no SVG"
+expect 2 "there is no file none.nc" render two.nc --beside none.nc --out p.png
+ln two.nc linked.png
+expect 2 "is the input" render strip.nc --beside two.nc --out linked.png
+expect 2 "from 1 to 64" render two.nc --beside strip.nc --columns 0 --out p.png
 exit $failed

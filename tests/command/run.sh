@@ -40,6 +40,24 @@ expect 0 "state" run plain.yaml --hash --seed 8
 expect 0 "" run plain.yaml --quiet
 [ -s said ] && fault "--quiet prints: $(cat said)"
 
+# The summary as JSON agrees with what is printed, and every rule can be written down.
+expect 0 "state" run plain.yaml --hash --json j.json
+for word in "\"steps\": 40," "\"particles\": 64," "\"rule\": \"bounce\"" "\"overlaps_left\": 0," "\"state\": \"$whole\""; do
+    grep -qF -e "$word" j.json || fault "the summary lacks $word: $(cat j.json)"
+done
+rounds=$(sed -n "s/^overlap rounds \(.*\) a step/\1/p" said)
+awk -v said="$rounds" -F "[:,]" "/contact_rounds/ {exit !((\$2 / 40 - said)^2 < 1e-4)}" j.json ||
+    fault "$rounds rounds a step are printed, but: $(grep rounds j.json)"
+expect 2 "another output of the run" run files.yaml --json t.nc
+expect 2 "there is no folder" run plain.yaml --json nowhere/j.json
+for rule in bounce contact carter; do
+    sed "s/rule: bounce/rule: $rule/" files.yaml >rule.yaml
+    rm -f t.nc r.restart*
+    expect 0 "overlaps left  0" run rule.yaml --steps 8 --json j.json
+    ncdump -h t.nc | grep -q "excluded_volume = \"$rule\"" || fault "the trajectory does not name the rule $rule"
+done
+rm -f rule.yaml j.json
+
 # Half a run, then the rest from its restart file: same state, same trajectory.
 rm -f t.nc r.restart*
 expect 0 "20 steps" run files.yaml --steps 20
