@@ -288,7 +288,7 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
 
 static const char *const real_names[] = {
     "time",    "dt", "seconds", "largest_move", "packing", "bytes_per_particle",
-    "contact_virial", NULL};
+    "contact_virial", "reverted_fraction", NULL};
 
 int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value)
 {
@@ -303,7 +303,8 @@ int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *v
                              engine->step > 0 ? engine->moves.total : 0.0,
                              gbg_scene_packing(&engine->scene),
                              gbg_engine_bytes(engine),
-                             engine->contact_virial};
+                             engine->contact_virial,
+                             gbg_engine_reverted_fraction(engine)};
     int k = gbg_text_find(name, real_names);
     if (k < 0) {
         return gbg_fail(engine->context, GBG_E_NAME, "gbg_engine_real: no real \"%s\"; nearest: %s",

@@ -80,6 +80,18 @@ struct gbg_pair {
     double distance;
 };
 
+/* What is known of a step when its contacts are done, by code that shares nothing with the rules.
+ * The outputs count what one call found. */
+struct gbg_certificate {
+    double tolerance; /* relative distance below contact that is allowed */
+    int straight;     /* 1: look for pairs that passed through each other on straight paths */
+    int listed;    /* out: 1 if the list was shown to hold all pairs in reach, 0: cells were used */
+    int undecided; /* out: 1 if somebody moved so far that images of a path cannot be told apart */
+    int64_t overlapping, passed; /* out: pairs */
+    struct gbg_pair lowest; /* out: of those, the one of lowest indices, and how near it came */
+    double largest;         /* out: largest move since the start of the step */
+};
+
 struct gbg_kernels {
     /* required */
     /* xi(dimension, n) for ids first .. first+n-1 at a step. */
@@ -134,15 +146,16 @@ struct gbg_kernels {
     int (*overlaps)(struct gbg_device *device, struct gbg_state *state, double tolerance,
                     int64_t capacity, int32_t *first, int32_t *second, struct gbg_pair *lowest,
                     int64_t *count);
-    /* A pair whose connecting vector turned by more than a right angle during the step, looked for
-     * among all pairs that were within `reach` before it. */
-    int (*passed)(struct gbg_device *device, struct gbg_state *state, double reach,
-                  struct gbg_pair *first);
-    /* Puts both particles of every pair that turned so, or that overlaps, back to where they were
-     * before the step, again and again until no such pair is left. The set that is put back only
-     * grows and the state before the step has no overlap, so this ends. */
-    int (*roll_back)(struct gbg_device *device, struct gbg_state *state, double reach,
-                     double tolerance, int64_t *reverted);
+    /* The certificate of the step that began at the kept coordinates: the list holds every pair in
+     * reach (else cells of its own are searched), no pair is nearer than contact (1 - tolerance),
+     * none passed through each other: nearer than contact/sqrt(2) on the straight path. */
+    int (*certify)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                   struct gbg_certificate *certificate);
+    /* Puts both particles of every pair that certify would name back to where they were before the
+     * step, again and again until no such pair is left. The set that is put back only grows and the
+     * state before the step has no overlap, so this ends. */
+    int (*roll_back)(struct gbg_device *device, struct gbg_state *state, double tolerance,
+                     int straight, int64_t *reverted);
 };
 
 struct gbg_backend {

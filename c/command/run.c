@@ -205,7 +205,8 @@ static int advance(struct job *job)
 static void print_summary(const struct job *job)
 {
     int64_t n = 0, rounds = 0, left = -1, reverted = 0, repeated = 0;
-    double dt = 0, busy = 0;
+    double dt = 0, busy = 0, fraction = 0;
+    int cores = strcmp(gbg_session_text(&job->session, "excluded_volume.rule"), "none") != 0;
     const char *instructions;
     int threads, dimension;
     int64_t steps = job->steps - job->first;
@@ -214,6 +215,7 @@ static void print_summary(const struct job *job)
     gbg_engine_integer(job->session.engine, "overlaps_left", &left);
     gbg_engine_integer(job->session.engine, "reverted", &reverted);
     gbg_engine_integer(job->session.engine, "repeated", &repeated);
+    gbg_engine_real(job->session.engine, "reverted_fraction", &fraction);
     gbg_engine_real(job->session.engine, "dt", &dt);
     gbg_engine_real(job->session.engine, "seconds", &busy);
     gbg_context_backend(job->session.context, NULL, &instructions, &threads);
@@ -228,12 +230,14 @@ static void print_summary(const struct job *job)
         printf("overlap rounds %.2f a step\n", (double)rounds / (double)steps);
     }
     printf("overlaps left  %lld\n", (long long)left);
-    if (repeated > 0) {
-        printf(
-            "corrected twice %lld steps, in which contacts had carried a pair through each other; "
-            "then put back: %lld particles, %.1e of all moves\n",
-            (long long)repeated, (long long)reverted,
-            (double)reverted / ((double)steps * (double)n));
+    if (cores) {
+        printf("put back       %lld moves, %.1e of all", (long long)reverted, fraction);
+        if (repeated > 0) {
+            printf("; %lld steps, in which contacts had carried a pair through each other, were "
+                   "corrected twice",
+                   (long long)repeated);
+        }
+        printf("\n");
     }
     gbg_session_print_error(&job->session);
     if (job->out[0]) {

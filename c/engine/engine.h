@@ -44,6 +44,7 @@ struct gbg_engine {
     struct gbg_moves moves;
     int forces_current;                    /* 1: force[] belongs to the present positions */
     int64_t contact_rounds, contact_pairs, reverted, repeated; /* sums over steps */
+    int64_t steps_made;    /* by this engine: what the reverted particles are a share of */
     double contact_virial; /* sum over steps of distance times the displacement of one disc */
 
     int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
@@ -72,6 +73,8 @@ int gbg_engine_evaluate_forces(struct gbg_engine *engine);
 int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
                              double *rms_over_median);
 
+/* Particles put back over all moves that this engine made. */
+double gbg_engine_reverted_fraction(const struct gbg_engine *engine);
 /* Overlapping pairs of hard cores now. */
 int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count);
 /* GBG_E_OVERLAP with both ids if hard cores overlap now. */

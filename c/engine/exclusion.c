@@ -1,17 +1,23 @@
-/* L2: the step that keeps hard cores apart: the rule, rounds for what it leaves, the checks. */
+/* L2: the step that keeps hard cores apart: the rule, rounds for what it leaves, the certificate,
+ * and the roll-back of what still violates it. */
 #include <math.h>
 #include <stdio.h>
 
 #include "engine/engine.h"
 #include "engine/steps.h"
 
-/* Tolerance of the contact distance: far above the rounding of the squared distance (4e-16), below
- * what a caller could mean by touching. */
-static const double contact_tolerance = 1e-12;
+/* Relative tolerance of the contact distance: far above the rounding of a distance (4e-16), below
+ * what a caller could mean by touching. The certificate has the first; rules and starts keep to
+ * smaller ones, so that they never differ over a pair by rounding. */
+static const double certified = 1e-12, at_start = 0.95e-12, of_rules = 0.9e-12;
 
 /* Largest part of contact by which a pair moves one of its discs in a round, and the smaller one
  * for the rare step in which pushes added up to carry a pair through each other. */
 static const double cap = 0.25, gentle_cap = 0.02;
+
+/* So many particles may be put back in a run whatever its length, and so many of 1. One event in a
+ * dense place puts back some ten, and a small run must survive it. */
+static const double spared_count = 32.0, spared_share = 1e-3;
 
 typedef int (*gbg_corrector)(struct gbg_device *, struct gbg_state *, struct gbg_list *,
                              struct gbg_contacts *);
@@ -29,6 +35,7 @@ static int apply(struct gbg_engine *engine, gbg_corrector kernel, struct gbg_con
     return status;
 }
 
+/* The rule, and rounds for what it leaves; what these leave is for the certificate to find. */
 static int correct(struct gbg_engine *engine, double largest_push)
 {
     const struct gbg_kernels *kernels = engine->kernels;
@@ -38,7 +45,7 @@ static int correct(struct gbg_engine *engine, double largest_push)
                    : rule == GBG_RULE_CARTER ? GBG_PARTING_CARTER
                                              : GBG_PARTING_BOUNCE,
         .max_rounds = engine->scene.max_rounds,
-        .tolerance = contact_tolerance,
+        .tolerance = of_rules,
         .cap = largest_push,
         .noise = &engine->noise,
         .step = engine->step,
@@ -51,59 +58,80 @@ static int correct(struct gbg_engine *engine, double largest_push)
     } else if (status == GBG_OK && rule == GBG_RULE_BRIDGE) {
         status = apply(engine, kernels->bridge, &contacts);
     }
-    status = status ? status : apply(engine, kernels->contacts, &contacts);
-    if (status != GBG_OK) {
-        return status;
-    }
-    if (contacts.left > 0) {
-        char why[128];
-        snprintf(why, sizeof why, "%lld pairs still overlap after %lld rounds",
-                 (long long)contacts.left, (long long)contacts.rounds);
-        return gbg_step_refuse(engine, 0.1 * engine->least_contact, why);
-    }
-    return GBG_OK;
+    return status ? status : apply(engine, kernels->contacts, &contacts);
 }
 
-/* A pair that passed through each other, first = -1 if there is none. Two particles at distance >=
- * contact before and after can only have done so if their relative move was longer than sqrt(2)
- * contact: otherwise the straight path stays farther than contact/sqrt(2). So the search is needed
- * only after large moves. */
-static int find_passed(struct gbg_engine *engine, double *reach, struct gbg_pair *pair)
+/* 1 if the particles' paths may be taken for straight lines from the start of the step to its end.
+ * A rule that knows its own paths and can show that they are clear belongs here. */
+static int paths_are_straight(const struct gbg_engine *engine)
 {
-    double limit = engine->least_contact / sqrt(2.0);
-    *pair = (struct gbg_pair){-1, -1, 0.0};
-    *reach = engine->contact + 2.0 * engine->moved;
-    if (engine->moved <= limit) {
-        return GBG_OK;
-    }
-    for (int a = 0; a < engine->state.box.dimension; a++) {
-        if (*reach > 0.5 * engine->state.box.length[a]) {
-            return gbg_step_refuse(engine, limit,
-                                   "particles moved so far that passing through each other "
-                                   "cannot be excluded");
-        }
-    }
-    return engine->kernels->passed(engine->device, &engine->state, *reach, pair);
+    (void)engine;
+    return 1;
 }
 
-/* The step once more with small pushes; what then still passed through each other is put back. */
-static int correct_gently(struct gbg_engine *engine)
+static int certify(struct gbg_engine *engine, struct gbg_certificate *certificate)
 {
-    struct gbg_pair pair;
-    double reach;
+    *certificate =
+        (struct gbg_certificate){.tolerance = certified, .straight = paths_are_straight(engine)};
+    int status =
+        engine->kernels->certify(engine->device, &engine->state, engine->contacts, certificate);
+    if (status == GBG_OK && certificate->undecided) {
+        status = gbg_step_refuse(engine, 0.5 * engine->least_contact,
+                                 "particles moved so far that passing through each other "
+                                 "cannot be excluded");
+    }
+    return status;
+}
+
+static int is_clean(const struct gbg_certificate *certificate)
+{
+    return certificate->overlapping == 0 && certificate->passed == 0;
+}
+
+/* The step once more with small pushes. */
+static int correct_gently(struct gbg_engine *engine, struct gbg_certificate *certificate)
+{
     int status = engine->kernels->put_back(engine->device, &engine->state);
     if (status == GBG_OK) {
         status = engine->kernels->integrate(engine->device, &engine->state, &engine->noise,
                                             engine->step, engine->scene.dt, 1, &engine->moves);
     }
     engine->moved = 1e300; /* lists do not know the way back */
+    engine->repeated++;
     status = status ? status : correct(engine, gentle_cap);
-    status = status ? status : find_passed(engine, &reach, &pair);
-    if (status == GBG_OK && pair.first >= 0) {
-        int64_t reverted;
-        status = engine->kernels->roll_back(engine->device, &engine->state, reach,
-                                            contact_tolerance, &reverted);
-        engine->reverted += status == GBG_OK ? reverted : 0;
+    return status ? status : certify(engine, certificate);
+}
+
+/* Refuses the step if more particles were put back than the scene allows. */
+static int check_reverted(struct gbg_engine *engine, int64_t now)
+{
+    double n = (double)engine->state.owned, moves = n * (double)(engine->steps_made + 1);
+    double bound = engine->scene.reverted, allowed = bound * moves;
+    if (bound > 0.0) {
+        allowed = fmax(allowed, fmax(spared_count, spared_share * n));
+    }
+    if ((double)(engine->reverted + now) <= allowed) {
+        engine->reverted += now;
+        return GBG_OK;
+    }
+    char why[256];
+    snprintf(why, sizeof why,
+             "%lld particles overlap or passed through each other and would have to be put back, "
+             "%lld in all of %.4g moves, but excluded_volume.reverted = %g allows %.0f",
+             (long long)now, (long long)(engine->reverted + now), moves, bound, floor(allowed));
+    return gbg_step_refuse(engine, 0.2 * engine->least_contact, why);
+}
+
+static int roll_back(struct gbg_engine *engine, struct gbg_certificate *certificate)
+{
+    int64_t reverted = 0;
+    int status = engine->kernels->roll_back(engine->device, &engine->state, certified,
+                                            paths_are_straight(engine), &reverted);
+    status = status ? status : check_reverted(engine, reverted);
+    status = status ? status : certify(engine, certificate);
+    if (status == GBG_OK && !is_clean(certificate)) {
+        status = gbg_step_refuse(engine, 0.2 * engine->least_contact,
+                                 "pairs overlap that did so before the step");
     }
     return status;
 }
@@ -111,22 +139,20 @@ static int correct_gently(struct gbg_engine *engine)
 int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *step)
 {
     (void)step;
-    struct gbg_pair pair;
-    double reach, limit = engine->least_contact / sqrt(2.0);
+    struct gbg_certificate certificate;
     int status = correct(engine, cap);
-    status = status ? status : find_passed(engine, &reach, &pair);
-    if (status != GBG_OK || pair.first < 0) {
+    status = status ? status : certify(engine, &certificate);
+    if (status != GBG_OK || is_clean(&certificate)) {
         return status;
     }
-    if (engine->moves.total > limit) { /* not pushes: the free moves are too long */
-        char why[128];
-        snprintf(why, sizeof why, "particles %lld and %lld passed through each other",
-                 (long long)gbg_engine_id(engine, pair.first),
-                 (long long)gbg_engine_id(engine, pair.second));
-        return gbg_step_refuse(engine, limit, why);
+    /* free moves so short cannot have carried a pair through each other: pushes did */
+    if (certificate.passed > 0 && engine->moves.total < engine->least_contact / sqrt(2.0)) {
+        status = correct_gently(engine, &certificate);
     }
-    engine->repeated++;
-    return correct_gently(engine);
+    if (status == GBG_OK && !is_clean(&certificate)) {
+        status = roll_back(engine, &certificate);
+    }
+    return status;
 }
 
 int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count)
@@ -135,8 +161,8 @@ int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count)
     *count = 0;
     return engine->contact == 0.0
                ? GBG_OK
-               : engine->kernels->overlaps(engine->device, &engine->state, contact_tolerance, 0,
-                                           NULL, NULL, &pair, count);
+               : engine->kernels->overlaps(engine->device, &engine->state, certified, 0, NULL, NULL,
+                                           &pair, count);
 }
 
 int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call)
@@ -146,8 +172,8 @@ int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call)
     }
     struct gbg_pair pair;
     int64_t count;
-    int status = engine->kernels->overlaps(engine->device, &engine->state, contact_tolerance, 0,
-                                           NULL, NULL, &pair, &count);
+    int status = engine->kernels->overlaps(engine->device, &engine->state, at_start, 0, NULL, NULL,
+                                           &pair, &count);
     if (status == GBG_OK && count > 0) {
         const char *how = pair.distance == 0.0 ? "coincide" : "overlap";
         status = gbg_fail(engine->context, GBG_E_OVERLAP,
@@ -158,4 +184,10 @@ int gbg_engine_check_overlaps(struct gbg_engine *engine, const char *call)
                           (long long)count);
     }
     return status;
+}
+
+double gbg_engine_reverted_fraction(const struct gbg_engine *engine)
+{
+    double moves = (double)engine->steps_made * (double)engine->state.owned;
+    return moves > 0.0 ? (double)engine->reverted / moves : 0.0;
 }

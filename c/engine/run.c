@@ -40,6 +40,7 @@ static int make_step(struct gbg_engine *engine)
         }
     }
     engine->step++;
+    engine->steps_made++;
     return GBG_OK;
 }
 

@@ -84,8 +84,13 @@ const struct gbg_option gbg_scene_options[] = {
           "without a rule means auto"),
     PLAIN("excluded_volume.neighbours", GBG_CHOICE, neighbours, "auto", "auto, grid, delaunay",
           "how close pairs are found; delaunay is not in this version"),
-    PLAIN("excluded_volume.max_rounds", GBG_INTEGER, max_rounds, "10000", "[1, 1000000000]",
-          "rounds of contact corrections in a step, after which the step is refused"),
+    PLAIN("excluded_volume.max_rounds", GBG_INTEGER, max_rounds, "1000", "[1, 1000000000]",
+          "rounds of contact corrections in a step; pairs that overlap then are put back to where "
+          "they were before it"),
+    PLAIN("excluded_volume.reverted", GBG_REAL, reverted, "1e-06", "[0, 1]",
+          "largest share of all moves of a run that may be put back because the particle overlaps "
+          "or passed through another; 32 particles, or 1 in 1000, are allowed whatever its length "
+          "(0: none at all). A run that exceeds it stops and says which dt would do"),
     PLAIN("excluded_volume.skin", GBG_REAL, skin, "0", "[0, 1e100]",
           "extra radius of neighbour lists, a length; 0: chosen"),
     PLAIN("dynamics.kind", GBG_CHOICE, dynamics, "none", "none, brownian",

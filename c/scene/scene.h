@@ -87,6 +87,7 @@ struct gbg_scene {
     int rule;           /* enum gbg_rule: excluded volume; NONE when the scene has none */
     int neighbours;     /* enum gbg_neighbours */
     int64_t max_rounds; /* of contact corrections in a step */
+    double reverted;    /* largest share of particle-steps that may be put back */
 
     int dynamics; /* enum gbg_dynamics */
     double dt, temperature;

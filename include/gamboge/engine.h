@@ -51,12 +51,13 @@ GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t 
  * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps),
  * "repeated" (steps whose contacts were corrected once more with small pushes, because pushes of
  * several contacts had carried a pair through each other) and "reverted" (particles put back to
- * where they were before the step where that did not help; both sums over steps), "overlaps_left"
- * (pairs that overlap now, counted afresh over all cells). Reals: "time", "dt", "seconds" (spent in
- * run), "largest_move" (free move, last step), "packing", "bytes_per_particle", "contact_virial":
- * sum over steps and contact pushes of the distance of the pair half way through the push times the
- * displacement of one of its two particles; the pressure of n particles follows as Z = 1 + 2
- * contact_virial/(dimension n T time), Foss and Brady's displacement stress. */
+ * where they were before the step because they overlapped or had passed through another after all
+ * corrections; both sums over steps), "overlaps_left" (pairs that overlap now, counted afresh over
+ * all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step),
+ * "packing", "bytes_per_particle", "reverted_fraction" (reverted over the moves that this engine
+ * made), "contact_virial": sum over steps and contact pushes of the distance of the pair half way
+ * through the push times the displacement of one of its two particles; the pressure of n particles
+ * follows as Z = 1 + 2 contact_virial/(dimension n T time), Foss and Brady's displacement stress. */
 GBG_API int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *value);
 GBG_API int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value);
 

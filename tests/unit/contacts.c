@@ -171,7 +171,7 @@ static void rolling_back(void **state)
     set_place(engine, 4, 3.6, 1.0);
     int64_t reverted = 0;
     assert_int_equal(
-        engine->kernels->roll_back(engine->device, &engine->state, 6.0, 1e-12, &reverted), GBG_OK);
+        engine->kernels->roll_back(engine->device, &engine->state, 1e-12, 1, &reverted), GBG_OK);
     assert_int_equal(reverted, 3);
     static const double end[5][2] = {{0, 0}, {1.1, 0}, {5, 5}, {2.3, 0}, {3.6, 1.0}};
     double r[2][5];

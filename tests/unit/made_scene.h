@@ -44,7 +44,8 @@ static inline struct gbg_scene made_scene(struct gbg_context *context, int dimen
         .name = "B", .diameter = 1.0, .alpha = 1.0, .mobility = -2.0, .count = 1};
     scene.start = GBG_START_LATTICE;
     scene.rule = GBG_RULE_BOUNCE;
-    scene.max_rounds = 10000;
+    scene.max_rounds = 1000;
+    scene.reverted = 1e-6;
     scene.dynamics = GBG_DYNAMICS_BROWNIAN;
     scene.dt = 0.01;
     scene.temperature = 0.01;

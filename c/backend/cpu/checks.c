@@ -42,8 +42,7 @@ int gbg_put_back(struct gbg_device *device, struct gbg_state *state)
 struct search {
     const struct gbg_state *state;
     const struct gbg_grid *grid;
-    double tolerance; /* overlaps */
-    double reach;     /* passed */
+    double tolerance;
 };
 
 static double contact_of(const struct gbg_state *state, int64_t i, int64_t j)
@@ -120,7 +119,7 @@ int gbg_overlaps(struct gbg_device *device, struct gbg_state *state, double tole
     *count = 0;
     int status = gbg_grid_build(device->context, &grid, &state->box, largest, state->owned,
                                 state->high, state->low);
-    struct search search = {state, &grid, tolerance, 0.0};
+    struct search search = {state, &grid, tolerance};
     for (int64_t i = 0; status == GBG_OK && i < state->owned; i++) {
         struct gbg_pair found = {-1, -1, 0.0};
         int64_t room = capacity > total ? capacity - total : 0;
@@ -135,134 +134,5 @@ int gbg_overlaps(struct gbg_device *device, struct gbg_state *state, double tole
     }
     *count = total;
     gbg_grid_release(&grid);
-    return status;
-}
-
-/* r_before . r_after < 0 with r_after = r_before + the moves, so that images do not matter. */
-static int turned(const struct gbg_state *state, int64_t i, int64_t j, double reach)
-{
-    double before_squared = 0.0, product = 0.0;
-    for (int a = 0; a < state->box.dimension; a++) {
-        uint64_t si = gbg_join(state->start_high[a][i], state->start_low[a][i]);
-        uint64_t sj = gbg_join(state->start_high[a][j], state->start_low[a][j]);
-        uint64_t ni = gbg_join(state->high[a][i], state->low[a][i]);
-        uint64_t nj = gbg_join(state->high[a][j], state->low[a][j]);
-        double before = gbg_box_difference(&state->box, a, si, sj);
-        double after = before + gbg_box_difference(&state->box, a, ni, si) -
-                       gbg_box_difference(&state->box, a, nj, sj);
-        before_squared += before * before;
-        product += before * after;
-    }
-    return before_squared <= reach * reach && product < 0.0;
-}
-
-int gbg_passed(struct gbg_device *device, struct gbg_state *state, double reach,
-               struct gbg_pair *first)
-{
-    struct gbg_grid grid = {0};
-    *first = (struct gbg_pair){-1, -1, 0.0};
-    int status = gbg_grid_build(device->context, &grid, &state->box, reach, state->owned,
-                                state->start_high, state->start_low);
-    for (int64_t i = 0; status == GBG_OK && i < state->owned && first->first < 0; i++) {
-        struct gbg_run runs[GBG_RUNS_MAX];
-        int n_runs = gbg_grid_runs(&grid, grid.cell_of[i], runs);
-        for (int r = 0; r < n_runs; r++) {
-            for (int32_t slot = runs[r].begin; slot < runs[r].end; slot++) {
-                int32_t j = grid.particle[slot];
-                if (j > i && contact_of(state, i, j) > 0.0 && turned(state, i, j, reach) &&
-                    (first->first < 0 || j < first->second)) {
-                    *first = (struct gbg_pair){i, j, 0.0};
-                }
-            }
-        }
-    }
-    gbg_grid_release(&grid);
-    return status;
-}
-
-static int overlapping(const struct gbg_state *state, int64_t i, int64_t j, double tolerance)
-{
-    double squared = 0.0, least = contact_of(state, i, j) * (1.0 - tolerance);
-    for (int a = 0; a < state->box.dimension; a++) {
-        double d = gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
-                                      gbg_join(state->high[a][j], state->low[a][j]));
-        squared += d * d;
-    }
-    return squared < least * least;
-}
-
-enum { FREE, VIOLATED, REVERTED };
-
-/* Marks both particles of every violated pair, unless they have been reverted already; the pairs
- * looked at are those within `edge` at the coordinates given. */
-static int mark_violated(struct gbg_device *device, const struct gbg_state *state,
-                         uint32_t *const *high, uint32_t *const *low, double edge,
-                         int (*violated)(const struct gbg_state *, int64_t, int64_t, double),
-                         double parameter, unsigned char *mark)
-{
-    struct gbg_grid grid = {0};
-    int status = gbg_grid_build(device->context, &grid, &state->box, edge, state->owned, high, low);
-    for (int64_t i = 0; status == GBG_OK && i < state->owned; i++) {
-        struct gbg_run runs[GBG_RUNS_MAX];
-        int n_runs = gbg_grid_runs(&grid, grid.cell_of[i], runs);
-        for (int r = 0; r < n_runs; r++) {
-            for (int32_t slot = runs[r].begin; slot < runs[r].end; slot++) {
-                int32_t j = grid.particle[slot];
-                if (j > i && contact_of(state, i, j) > 0.0 && violated(state, i, j, parameter)) {
-                    mark[i] = mark[i] == REVERTED ? REVERTED : VIOLATED;
-                    mark[j] = mark[j] == REVERTED ? REVERTED : VIOLATED;
-                }
-            }
-        }
-    }
-    gbg_grid_release(&grid);
-    return status;
-}
-
-/* Puts the marked particles back to where they were before the step; returns their number. */
-static int64_t revert_marked(struct gbg_state *state, unsigned char *mark)
-{
-    int64_t count = 0;
-    for (int64_t i = 0; i < state->owned; i++) {
-        if (mark[i] != VIOLATED) {
-            continue;
-        }
-        mark[i] = REVERTED;
-        count++;
-        for (int a = 0; a < state->box.dimension; a++) {
-            state->high[a][i] = state->start_high[a][i];
-            state->low[a][i] = state->start_low[a][i];
-            if (state->image[a]) {
-                state->image[a][i] = state->start_image[a][i];
-            }
-        }
-        if (state->overlapped) {
-            state->overlapped[i] = 1;
-        }
-    }
-    return count;
-}
-
-int gbg_roll_back(struct gbg_device *device, struct gbg_state *state, double reach,
-                  double tolerance, int64_t *reverted)
-{
-    unsigned char *mark;
-    double largest = 0.0;
-    for (int s = 0; s < state->n_species; s++) {
-        largest = state->diameter[s] > largest ? state->diameter[s] : largest;
-    }
-    *reverted = 0;
-    int status = gbg_allocate_zero(device->context, (void **)&mark, state->owned, 1, "roll-back");
-    for (int64_t count = 1; status == GBG_OK && count > 0;) {
-        status = mark_violated(device, state, state->start_high, state->start_low, reach, turned,
-                               reach, mark);
-        if (status == GBG_OK) {
-            status = mark_violated(device, state, state->high, state->low, largest, overlapping,
-                                   tolerance, mark);
-        }
-        count = status == GBG_OK ? revert_marked(state, mark) : 0;
-        *reverted += count;
-    }
-    gbg_release(mark);
     return status;
 }

@@ -11,9 +11,7 @@ int gbg_put_back(struct gbg_device *device, struct gbg_state *state);
 int gbg_overlaps(struct gbg_device *device, struct gbg_state *state, double tolerance,
                  int64_t capacity, int32_t *first, int32_t *second, struct gbg_pair *lowest,
                  int64_t *count);
-int gbg_passed(struct gbg_device *device, struct gbg_state *state, double reach,
-               struct gbg_pair *first);
-int gbg_roll_back(struct gbg_device *device, struct gbg_state *state, double reach,
-                  double tolerance, int64_t *reverted);
+int gbg_roll_back(struct gbg_device *device, struct gbg_state *state, double tolerance,
+                  int straight, int64_t *reverted);
 
 #endif

@@ -3,6 +3,7 @@
 #define GBG_BACKEND_CPU_CPU_H
 
 #include "backend/backend.h"
+#include "backend/cpu/certify.h"
 #include "core/context.h"
 
 /* Particles of a slice with a neighbour (slots at index) whose squared distance is below the limit;
@@ -16,6 +17,8 @@ struct gbg_cpu_variant {
     const char *name;
     struct gbg_kernels kernels;
     gbg_cpu_screen screen;
+    gbg_cpu_certify_moves certify_moves;
+    gbg_cpu_certify_screen certify_screen;
 };
 
 struct gbg_device {

@@ -8,6 +8,8 @@
 const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
     .name = GBG_SIMD_NAME,
     .screen = GBG_ISA_NAME(gbg_cpu_screen),
+    .certify_moves = GBG_ISA_NAME(gbg_cpu_certify_moves),
+    .certify_screen = GBG_ISA_NAME(gbg_cpu_certify_screen),
     .kernels =
         {
             .normals = GBG_ISA_NAME(gbg_cpu_normals),
@@ -27,7 +29,7 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .put_back = gbg_put_back,
             .contacts = gbg_contacts,
             .overlaps = gbg_overlaps,
-            .passed = gbg_passed,
+            .certify = gbg_certify,
             .roll_back = gbg_roll_back,
         },
 };

@@ -32,6 +32,10 @@ static int allocate_arrays(struct gbg_context *context, struct gbg_list *list, i
             status = gbg_allocate_zero(context, (void **)&list->built[a], list->n,
                                        sizeof *list->built[a], "coordinates of the list");
         }
+        if (status == GBG_OK) {
+            status = gbg_allocate_zero(context, (void **)&list->built_high[a], list->n,
+                                       sizeof *list->built_high[a], "coordinates of the list");
+        }
     }
     if (status == GBG_OK) {
         status = gbg_allocate(context, (void **)&list->offset, list->slices, sizeof *list->offset,
@@ -93,6 +97,7 @@ void gbg_list_destroy(struct gbg_device *device, struct gbg_list *list)
     for (int a = 0; a < 3; a++) {
         gbg_release(list->local[a]);
         gbg_release(list->built[a]);
+        gbg_release(list->built_high[a]);
     }
     gbg_grid_release(&list->grid);
     gbg_release(list->chunk);
@@ -109,7 +114,7 @@ int64_t gbg_list_builds(const struct gbg_list *list)
 
 double gbg_list_bytes(const struct gbg_list *list)
 {
-    double bytes = (double)list->n * (8.0 * list->dimension + (list->look ? 1.0 : 0.0)) +
+    double bytes = (double)list->n * (12.0 * list->dimension + (list->look ? 1.0 : 0.0)) +
                    (double)list->slices * 12.0 + (double)list->grid.cell_capacity * 4.0 +
                    (double)list->grid.particle_capacity * (8.0 + 8.0 * list->dimension);
     for (int c = 0; c < list->n_chunks; c++) {
@@ -275,6 +280,8 @@ int gbg_list_build(struct gbg_device *device, struct gbg_state *state, struct gb
     }
     for (int a = 0; a < list->dimension; a++) {
         memcpy(list->built[a], list->local[a], (size_t)list->n * sizeof *list->built[a]);
+        memcpy(list->built_high[a], state->high[a],
+               (size_t)list->n * sizeof *list->built_high[a]);
     }
     list->builds++;
     return status;

@@ -45,6 +45,7 @@ struct gbg_list {
     int64_t n, slices;
     uint32_t *local[3]; /* present */
     uint32_t *built[3]; /* when the list was built */
+    uint32_t *built_high[3]; /* high words then, for the certificate: no period but the box */
     int64_t *offset;    /* slices: into the chunk's index */
     int32_t *width;     /* slices: longest row */
     int n_chunks;

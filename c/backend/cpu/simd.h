@@ -7,7 +7,8 @@
  *   *_fma(a,b,c) = a b + c and *_fnma(a,b,c) = c - a b in one rounding
  *   *_lt *_le *_eq -> mask; *_select(m,a,b) = m ? a : b; *_keep(m,a) = m ? a : 0;
  *   vm_bits, vdm_bits: bit k is lane k; vdm_from_bits: the other way, from the lowest bits
- *   vi_shl vi_shr (zeros) vi_sar (sign) vl_shr; vi_gather vf_gather (base, element index)
+ *   vi_shl vi_shr (zeros) vi_sar (sign) vl_shr, vi_shl_by vi_shr_by (counts known at run time);
+ *   vi_gather vf_gather (base, element index)
  *   vi_mul_even: 64-bit products of the unsigned even lanes; vi_odd_to_even: odd lanes moved down,
  *   zeros left behind; vi_weave: the even lanes of both, those of the second moved up
  *   vf_from_vi, vi_from_vf (nearest even), vd_from_vl; *_of_bits keep the bits

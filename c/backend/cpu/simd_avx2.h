@@ -140,6 +140,15 @@ static inline vi vi_xor(vi a, vi b)
 #define vi_shl(a, count) _mm256_slli_epi32(a, count)
 #define vi_shr(a, count) _mm256_srli_epi32(a, count)
 #define vi_sar(a, count) _mm256_srai_epi32(a, count)
+/* by a count known at run time, 0 .. 32 */
+static inline vi vi_shl_by(vi a, int count)
+{
+    return _mm256_sll_epi32(a, _mm_cvtsi32_si128(count));
+}
+static inline vi vi_shr_by(vi a, int count)
+{
+    return _mm256_srl_epi32(a, _mm_cvtsi32_si128(count));
+}
 static inline vm vi_eq(vi a, vi b)
 {
     return _mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b));

@@ -140,6 +140,15 @@ static inline vi vi_xor(vi a, vi b)
 #define vi_shl(a, count) _mm512_slli_epi32(a, count)
 #define vi_shr(a, count) _mm512_srli_epi32(a, count)
 #define vi_sar(a, count) _mm512_srai_epi32(a, count)
+/* by a count known at run time, 0 .. 32 */
+static inline vi vi_shl_by(vi a, int count)
+{
+    return _mm512_sll_epi32(a, _mm_cvtsi32_si128(count));
+}
+static inline vi vi_shr_by(vi a, int count)
+{
+    return _mm512_srl_epi32(a, _mm_cvtsi32_si128(count));
+}
 static inline vm vi_eq(vi a, vi b)
 {
     return _mm512_cmpeq_epi32_mask(a, b);

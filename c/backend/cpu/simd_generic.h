@@ -145,6 +145,15 @@ static inline vi vi_xor(vi a, vi b)
 #define vi_shl(a, count) ((vi)((gbg_vu)(a) << (count)))
 #define vi_shr(a, count) ((vi)((gbg_vu)(a) >> (count)))
 #define vi_sar(a, count) ((vi)(a) >> (count))
+/* by a count known at run time, 0 .. 32 */
+static inline vi vi_shl_by(vi a, int count)
+{
+    return count > 31 ? a ^ a : vi_shl(a, count);
+}
+static inline vi vi_shr_by(vi a, int count)
+{
+    return count > 31 ? a ^ a : vi_shr(a, count);
+}
 static inline vm vi_eq(vi a, vi b)
 {
     return a == b;

@@ -18,8 +18,14 @@ int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_st
                                         const struct gbg_list *list, double power, double cutoff,
                                         int add);
 struct gbg_list;
+struct gbg_certify_work;
 int64_t GBG_ISA_NAME(gbg_cpu_screen)(const struct gbg_list *list, int64_t slice,
                                      const int32_t *index, float squared_limit, int32_t *found);
+
+void GBG_ISA_NAME(gbg_cpu_certify_moves)(const struct gbg_certify_work *work, int64_t first,
+                                         int64_t end, float largest[2]);
+int64_t GBG_ISA_NAME(gbg_cpu_certify_screen)(const struct gbg_certify_work *work, int64_t slice,
+                                             const int32_t *index, int32_t *found);
 
 int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_state *state,
                                        double power, int add);
