@@ -14,15 +14,20 @@ enum { GBG_SPECIES_MAX = 10 };
 
 /* The particles of one rank, arrays in the backend's memory. NULL means that the scene does not
  * need the array. Particles 0..owned-1 are moved here; owned..owned+ghost-1 only act on others.
- * Particles stand in ascending order of their ids, so that sums over neighbours in the order of
- * indices do not depend on the order in which a caller keeps them. */
+ * Sums over neighbours run in the order of ids, so that they depend neither on the order in which a
+ * caller keeps the particles nor on that in memory: rows of lists are in ascending order of ranks.
+ * rank NULL: particles stand in ascending order of ids, index and rank are the same. Where
+ * particles stand in another order, both rank and id are there. */
 struct gbg_state {
     struct gbg_box box;
     int64_t owned, ghost;
     uint32_t *high[3], *low[3]; /* fixed-point coordinates: high and low words */
     uint64_t *id;               /* NULL: the id of a particle is its index */
-    uint8_t *species;           /* NULL: one species */
-    int32_t *image[3];          /* box crossings */
+    int32_t *rank;              /* of each particle in the order of ids; NULL: its index */
+    uint64_t epoch;    /* counts changes of the coordinates or their order that are no moves: lists
+                          built    before one are built anew */
+    uint8_t *species;  /* NULL: one species */
+    int32_t *image[3]; /* box crossings */
     double *force[3];
     uint32_t *start_high[3], *start_low[3]; /* coordinates before the step */
     int32_t *start_image[3];
@@ -33,6 +38,11 @@ struct gbg_state {
     int n_species;
     double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
 };
+
+static inline int32_t gbg_rank_of(const struct gbg_state *state, int64_t i)
+{
+    return state->rank ? state->rank[i] : (int32_t)i;
+}
 
 /* Noise of the Brownian step: xi with an optional limit, times scale. */
 struct gbg_noise {
@@ -48,8 +58,9 @@ struct gbg_moves {
     int64_t bad; /* index of a particle whose move is not finite or not below half the box; -1 */
 };
 
-/* Pairs within `radius` at the time of building; rows of neighbours in ascending order. Complete
- * for every pair closer than `reach` as long as nobody has moved more than (radius - reach)/2. */
+/* Pairs within `radius` at the time of building; rows of neighbours in ascending order of
+ * ranks. Complete for every pair closer than `reach` as long as nobody has moved more than (radius
+ * - reach)/2. */
 struct gbg_list;
 
 /* How overlapping pairs are parted in rounds. BOUNCE: to the mirror distance; CONTACT: to contact;
@@ -124,6 +135,14 @@ struct gbg_kernels {
                        double moved);
     int64_t (*list_builds)(const struct gbg_list *list);
     double (*list_bytes)(const struct gbg_list *list);
+    /* How far apart in memory the neighbours of a list stand: cache lines fetched for a row over
+     * its particles, in a sample: 1 at random, about 0.1 in good order; 0 if all fit near the
+     * processor. Decided by the list alone, whatever the threads. */
+    double (*list_scatter)(const struct gbg_list *list);
+    /* Puts the owned particles close in memory that are close in space (by_place 1), or in the
+     * order of ids (0). Coordinates, images, ids, ranks, species, sources and overlap flags move
+     * along; forces and the coordinates before the step do not and are void. */
+    int (*arrange)(struct gbg_device *device, struct gbg_state *state, int by_place);
     int (*cutoff_mixed)(struct gbg_device *device, struct gbg_state *state,
                         const struct gbg_list *list, double power, double cutoff, int add);
     int (*cutoff_double)(struct gbg_device *device, struct gbg_state *state,

@@ -250,6 +250,7 @@ void gbg_engine_free(struct gbg_engine *engine)
             }
         }
         backend->release(device, state->id);
+        backend->release(device, state->rank);
         backend->release(device, state->species);
         backend->release(device, state->overlapped);
         backend->release(device, state->source);
@@ -258,6 +259,7 @@ void gbg_engine_free(struct gbg_engine *engine)
         backend->destroy(device);
     }
     gbg_release(engine->rank);
+    gbg_release(engine->place);
     gbg_release(engine->species);
     gbg_release(engine->id);
     gbg_release(engine->words);

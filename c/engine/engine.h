@@ -11,6 +11,9 @@
 
 enum { GBG_STEPS_MAX = 6 + GBG_MAX_FORCES };
 
+/* When particles get a new order in memory: by rule, or for tests. */
+enum gbg_ordering { GBG_ORDERING_AUTO, GBG_ORDERING_NEVER, GBG_ORDERING_ALWAYS };
+
 /* A step of the plan: what `gamboge check` prints and what run calls in this order. */
 struct gbg_plan_step {
     const char *kernel;
@@ -42,10 +45,17 @@ struct gbg_engine {
     double seconds;
     double moved; /* largest move of a particle in the last step, for the lists */
     struct gbg_moves moves;
-    int forces_current;                    /* 1: force[] belongs to the present positions */
+    int forces_current; /* 1: force[] belongs to the present positions */
     int64_t contact_rounds, contact_pairs, reverted, repeated; /* sums over steps */
     int64_t steps_made;    /* by this engine: what the reverted particles are a share of */
     double contact_virial; /* sum over steps of distance times the displacement of one disc */
+
+    int ordering;                         /* enum gbg_ordering */
+    int64_t seen_builds, arranged_builds; /* of the list that decides; at the last new order */
+    int new_order;                        /* 1: no list has been built in it yet */
+    double least_scatter;                 /* of the first list in the last new order */
+    int32_t *place; /* by rank: the index in the state; see gbg_engine_places */
+    uint64_t place_epoch;
 
     int64_t *rank;    /* rank in the order of ids of the k-th particle added; NULL: k */
     int32_t *species; /* for views: made when first asked for */
@@ -75,6 +85,23 @@ int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double 
 
 /* Particles put back over all moves that this engine made. */
 double gbg_engine_reverted_fraction(const struct gbg_engine *engine);
+
+/* Gives the particles a new order in memory if the one they have has decayed; at the start of a
+ * step, because forces and the coordinates before the step are void afterwards. */
+int gbg_engine_tidy(struct gbg_engine *engine);
+/* Back to the order of ids, for what depends on the order in memory. */
+int gbg_engine_order_by_id(struct gbg_engine *engine);
+/* place[k]: index in the state of the particle whose id is k-th; NULL: k. In host memory, valid
+ * until the order changes. Uses engine->words. */
+int gbg_engine_places(struct gbg_engine *engine, const int32_t **place);
+/* Bytes of the backend's memory, at most 8 a particle, into engine->words. */
+int gbg_engine_fetch(struct gbg_engine *engine, const void *from, size_t bytes);
+
+static inline int64_t gbg_engine_place(const int32_t *place, int64_t k)
+{
+    return place ? place[k] : k;
+}
+
 /* Overlapping pairs of hard cores now. */
 int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count);
 /* GBG_E_OVERLAP with both ids if hard cores overlap now. */

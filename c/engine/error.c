@@ -92,6 +92,9 @@ int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double 
         reference[a] = work + 3 * n + a * samples;
         term[a] = work + 3 * n + (3 + a) * samples;
     }
+    if (status == GBG_OK) { /* the reference is summed in the order of memory */
+        status = gbg_engine_order_by_id(engine);
+    }
     if (status == GBG_OK) {
         choose(n, samples, index);
         status = gbg_engine_copy_forces(engine, force);

@@ -146,7 +146,8 @@ double gbg_engine_bytes(const struct gbg_engine *engine)
     double bytes =
         axis * scene->dimension + (state->species ? 1.0 : 0.0) + (state->id ? 8.0 : 0.0) +
         (state->overlapped ? 1.0 : 0.0) + (state->source ? 4.0 : 0.0) + (engine->rank ? 8.0 : 0.0) +
-        (engine->species ? 4.0 : 0.0) + (engine->id ? 8.0 : 0.0) + (engine->words ? 8.0 : 0.0);
+        (state->rank ? 4.0 : 0.0) + (engine->place ? 4.0 : 0.0) + (engine->species ? 4.0 : 0.0) +
+        (engine->id ? 8.0 : 0.0) + (engine->words ? 8.0 : 0.0);
     double n = state->owned > 0 ? (double)state->owned : 1.0;
     if (engine->pairs) {
         bytes += engine->kernels->list_bytes(engine->pairs) / n;

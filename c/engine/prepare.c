@@ -8,6 +8,14 @@ static double list_bytes(const struct gbg_engine *engine, const struct gbg_list 
            (engine->state.owned > 0 ? (double)engine->state.owned : 1.0);
 }
 
+/* The first list shows whether the start is in good order in memory; if not, it is built anew. */
+static int tidied(struct gbg_engine *engine, struct gbg_list *list)
+{
+    int status = gbg_engine_tidy(engine);
+    return status ? status
+                  : engine->kernels->list_update(engine->device, &engine->state, list, 0.0);
+}
+
 /* Builds the lists and takes the scratch memory of sums and contact rounds. The start has no
  * overlaps, so a round of contacts moves nobody. What the lists take is added to the plan's lines.
  */
@@ -20,10 +28,12 @@ static int prepare_step(struct gbg_engine *engine, struct gbg_plan_step *step)
     }
     if (step->run == gbg_step_pair_list) {
         status = step->run(engine, step);
+        status = status ? status : tidied(engine, engine->pairs);
         step->bytes += list_bytes(engine, engine->pairs);
     } else if (step->run == gbg_step_contacts) {
         struct gbg_contacts none = {.parting = GBG_PARTING_BOUNCE, .tolerance = 1e-9, .cap = 0.25};
         status = kernels->list_update(engine->device, &engine->state, engine->contacts, 0.0);
+        status = status ? status : tidied(engine, engine->contacts);
         if (status == GBG_OK) {
             status = kernels->contacts(engine->device, &engine->state, engine->contacts, &none);
         }

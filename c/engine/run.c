@@ -14,28 +14,34 @@ static double now(void)
 
 /* Undoes a refused step: from the coordinates kept before it if the scene has hard cores, otherwise
  * by the same move backwards (the noise comes from a counter, the forces are still there). */
-static void undo(struct gbg_engine *engine, int integrated)
+static void undo(struct gbg_engine *engine)
 {
     if (engine->contact > 0.0) {
         engine->kernels->put_back(engine->device, &engine->state);
-    } else if (integrated) {
+    } else {
         struct gbg_moves ignored;
         engine->kernels->integrate(engine->device, &engine->state, &engine->noise, engine->step,
                                    engine->scene.dt, -1, &ignored);
     }
-    engine->moved = 1e300; /* lists are built anew */
+    engine->state.epoch++; /* lists are built anew */
     engine->forces_current = 0;
 }
 
 static int make_step(struct gbg_engine *engine)
 {
     int integrated = 0;
+    int status = gbg_engine_tidy(engine);
+    if (status != GBG_OK) {
+        return status;
+    }
     for (int k = 0; k < engine->n_plan; k++) {
         const struct gbg_plan_step *step = &engine->plan[k];
         integrated |= step->run == gbg_step_integrate;
-        int status = step->run(engine, step);
+        status = step->run(engine, step);
         if (status != GBG_OK) {
-            undo(engine, integrated);
+            if (integrated) {
+                undo(engine);
+            }
             return status;
         }
     }

@@ -15,6 +15,38 @@ static int need_words(struct gbg_engine *engine)
                         sizeof *engine->words, "transfer buffer");
 }
 
+int gbg_engine_fetch(struct gbg_engine *engine, const void *from, size_t bytes)
+{
+    int status = need_words(engine);
+    return status ? status : engine->backend->download(engine->device, engine->words, from, bytes);
+}
+
+int gbg_engine_places(struct gbg_engine *engine, const int32_t **place)
+{
+    const struct gbg_state *state = &engine->state;
+    *place = NULL;
+    int status = GBG_OK;
+    if (!state->rank) {
+        return GBG_OK;
+    }
+    if (!engine->place) {
+        status = gbg_allocate(engine->context, (void **)&engine->place, state->owned,
+                              sizeof *engine->place, "places of particles");
+    } else if (engine->place_epoch == state->epoch) {
+        *place = engine->place;
+        return GBG_OK;
+    }
+    if (status == GBG_OK) {
+        status = gbg_engine_fetch(engine, state->rank, (size_t)state->owned * 4);
+    }
+    for (int64_t i = 0; status == GBG_OK && i < state->owned; i++) {
+        engine->place[engine->words[i]] = (int32_t)i;
+    }
+    engine->place_epoch = status == GBG_OK ? state->epoch : 0;
+    *place = engine->place;
+    return status;
+}
+
 static int send_axis(struct gbg_engine *engine, int axis)
 {
     int64_t n = engine->state.owned;
@@ -29,10 +61,12 @@ static int send_axis(struct gbg_engine *engine, int axis)
 int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points)
 {
     struct gbg_state *state = &engine->state;
+    const int32_t *place;
     int status = need_words(engine);
+    status = status ? status : gbg_engine_places(engine, &place);
     for (int a = 0; status == GBG_OK && a < state->box.dimension; a++) {
         for (int64_t k = 0; k < points->n; k++) {
-            int64_t i = gbg_engine_rank(engine, k);
+            int64_t i = gbg_engine_place(place, gbg_engine_rank(engine, k));
             uint64_t fraction = gbg_box_encode(&state->box, a, gbg_point(points, a, k), NULL);
             engine->words[i] = (uint32_t)(fraction >> 32);
             engine->words[state->owned + i] = (uint32_t)fraction;
@@ -40,23 +74,28 @@ int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points
         status = send_axis(engine, a);
         if (status == GBG_OK && state->image[a]) {
             for (int64_t k = 0; k < points->n; k++) {
+                int64_t i = gbg_engine_place(place, gbg_engine_rank(engine, k));
                 gbg_box_encode(&state->box, a, gbg_point(points, a, k),
-                               (int32_t *)&engine->words[gbg_engine_rank(engine, k)]);
+                               (int32_t *)&engine->words[i]);
             }
             status = engine->backend->upload(engine->device, state->image[a], engine->words,
                                              (size_t)state->owned * 4);
         }
     }
-    engine->moved = 1e300; /* lists do not know the new places */
+    state->epoch++;
     engine->forces_current = 0;
     return status;
 }
 
 int gbg_engine_replace(struct gbg_engine *engine, const struct gbg_points *points)
 {
-    /* without cores nothing can be refused, and nothing need be kept */
+    /* without cores nothing can be refused, and nothing need be kept; the pair that a refusal names
+     * must not depend on the order in memory */
     int cores = engine->contact > 0.0;
-    int status = cores ? engine->kernels->keep(engine->device, &engine->state) : GBG_OK;
+    int status = cores ? gbg_engine_order_by_id(engine) : GBG_OK;
+    if (status == GBG_OK && cores) {
+        status = engine->kernels->keep(engine->device, &engine->state);
+    }
     if (status == GBG_OK) {
         status = gbg_engine_encode(engine, points);
     }
@@ -65,6 +104,7 @@ int gbg_engine_replace(struct gbg_engine *engine, const struct gbg_points *point
     }
     if (status != GBG_OK && cores) {
         engine->kernels->put_back(engine->device, &engine->state);
+        engine->state.epoch++;
     }
     return status;
 }
@@ -82,6 +122,17 @@ static int fetch_axis(struct gbg_engine *engine, int axis)
                                               engine->state.low[axis], bytes);
 }
 
+/* Image counts of an axis into engine->words. */
+static int fetch_images(struct gbg_engine *engine, int axis)
+{
+    if (!engine->state.image[axis]) {
+        return gbg_fail(engine->context, GBG_E_ORDER,
+                        "image counts are not kept by this scene: set "
+                        "output.trajectory.unwrapped to 1");
+    }
+    return gbg_engine_fetch(engine, engine->state.image[axis], (size_t)engine->state.owned * 4);
+}
+
 static uint64_t fetched(const struct gbg_engine *engine, int64_t i)
 {
     return (uint64_t)engine->words[i] << 32 | engine->words[engine->state.owned + i];
@@ -91,43 +142,45 @@ int gbg_engine_decode(struct gbg_engine *engine, int wrapped, int axis, double *
                       ptrdiff_t step)
 {
     const struct gbg_state *state = &engine->state;
-    int status = fetch_axis(engine, axis);
-    if (status != GBG_OK) {
+    const int32_t *place;
+    int status = gbg_engine_places(engine, &place);
+    status = status ? status : fetch_axis(engine, axis);
+    for (int64_t k = 0; status == GBG_OK && k < state->owned; k++) {
+        int64_t i = gbg_engine_place(place, gbg_engine_rank(engine, k));
+        base[k * step] = gbg_box_decode(&state->box, axis, fetched(engine, i));
+    }
+    if (wrapped || status != GBG_OK) {
         return status;
     }
-    for (int64_t k = 0; k < state->owned; k++) {
-        base[k * step] =
-            gbg_box_decode(&state->box, axis, fetched(engine, gbg_engine_rank(engine, k)));
-    }
-    if (wrapped) {
-        return GBG_OK;
-    }
-    int32_t *image = (int32_t *)engine->words;
-    status = gbg_engine_copy_images(engine, axis, image);
+    const int32_t *image = (const int32_t *)engine->words;
+    status = fetch_images(engine, axis);
     for (int64_t k = 0; status == GBG_OK && k < state->owned; k++) {
-        base[k * step] += image[gbg_engine_rank(engine, k)] * state->box.length[axis];
+        int64_t i = gbg_engine_place(place, gbg_engine_rank(engine, k));
+        base[k * step] += image[i] * state->box.length[axis];
     }
     return status;
 }
 
 int gbg_engine_copy_fractions(struct gbg_engine *engine, int axis, uint64_t *fraction)
 {
-    int status = fetch_axis(engine, axis);
-    for (int64_t i = 0; status == GBG_OK && i < engine->state.owned; i++) {
-        fraction[i] = fetched(engine, i);
+    const int32_t *place;
+    int status = gbg_engine_places(engine, &place);
+    status = status ? status : fetch_axis(engine, axis);
+    for (int64_t k = 0; status == GBG_OK && k < engine->state.owned; k++) {
+        fraction[k] = fetched(engine, gbg_engine_place(place, k));
     }
     return status;
 }
 
 int gbg_engine_copy_images(struct gbg_engine *engine, int axis, int32_t *image)
 {
-    if (!engine->state.image[axis]) {
-        return gbg_fail(engine->context, GBG_E_ORDER,
-                        "image counts are not kept by this scene: set "
-                        "output.trajectory.unwrapped to 1");
+    const int32_t *place;
+    int status = gbg_engine_places(engine, &place);
+    status = status ? status : fetch_images(engine, axis);
+    for (int64_t k = 0; status == GBG_OK && k < engine->state.owned; k++) {
+        image[k] = (int32_t)engine->words[gbg_engine_place(place, k)];
     }
-    return engine->backend->download(engine->device, image, engine->state.image[axis],
-                                     (size_t)engine->state.owned * 4);
+    return status;
 }
 
 int gbg_engine_copy_overlap(struct gbg_engine *engine, int32_t *flag)
@@ -138,28 +191,41 @@ int gbg_engine_copy_overlap(struct gbg_engine *engine, int32_t *flag)
                         "overlap flags are not kept by this scene: set "
                         "output.trajectory.overlap to 1");
     }
-    int status = need_words(engine);
-    if (status != GBG_OK) {
-        return status;
+    const int32_t *place;
+    int status = gbg_engine_places(engine, &place);
+    status = status ? status : gbg_engine_fetch(engine, engine->state.overlapped, (size_t)n);
+    const unsigned char *bytes = (const unsigned char *)engine->words;
+    for (int64_t k = 0; status == GBG_OK && k < n; k++) {
+        flag[k] = bytes[gbg_engine_place(place, k)];
     }
-    unsigned char *bytes = (unsigned char *)engine->words;
-    status = engine->backend->download(engine->device, bytes, engine->state.overlapped, (size_t)n);
-    for (int64_t i = 0; status == GBG_OK && i < n; i++) {
-        flag[i] = bytes[i];
+    return status;
+}
+
+static int copy_force(struct gbg_engine *engine, int axis, const int32_t *place, double *force)
+{
+    int64_t n = engine->state.owned;
+    const double *values = engine->state.force[axis];
+    if (!place) {
+        return engine->backend->download(engine->device, force, values, (size_t)n * 8);
+    }
+    int status = gbg_engine_fetch(engine, values, (size_t)n * 8);
+    values = (const double *)(const void *)engine->words;
+    for (int64_t k = 0; status == GBG_OK && k < n; k++) {
+        force[k] = values[place[k]];
     }
     return status;
 }
 
 int gbg_engine_copy_forces(struct gbg_engine *engine, double *const *force)
 {
-    size_t bytes = (size_t)engine->state.owned * 8;
+    const int32_t *place;
     int status = gbg_engine_evaluate_forces(engine);
+    status = status ? status : gbg_engine_places(engine, &place);
     for (int a = 0; status == GBG_OK && a < engine->state.box.dimension; a++) {
         if (engine->state.force[a]) {
-            status =
-                engine->backend->download(engine->device, force[a], engine->state.force[a], bytes);
+            status = copy_force(engine, a, place, force[a]);
         } else {
-            memset(force[a], 0, bytes);
+            memset(force[a], 0, (size_t)engine->state.owned * sizeof *force[a]);
         }
     }
     return status;
@@ -169,20 +235,26 @@ int gbg_engine_restore(struct gbg_engine *engine, uint64_t step, const uint64_t 
                        const int32_t *const *image)
 {
     struct gbg_state *state = &engine->state;
+    const int32_t *place;
     int status = need_words(engine);
+    status = status ? status : gbg_engine_places(engine, &place);
     for (int a = 0; status == GBG_OK && a < state->box.dimension; a++) {
-        for (int64_t i = 0; i < state->owned; i++) {
-            engine->words[i] = (uint32_t)(fraction[a][i] >> 32);
-            engine->words[state->owned + i] = (uint32_t)fraction[a][i];
+        for (int64_t k = 0; k < state->owned; k++) {
+            int64_t i = gbg_engine_place(place, k);
+            engine->words[i] = (uint32_t)(fraction[a][k] >> 32);
+            engine->words[state->owned + i] = (uint32_t)fraction[a][k];
         }
         status = send_axis(engine, a);
         if (status == GBG_OK && state->image[a] && image) {
-            status = engine->backend->upload(engine->device, state->image[a], image[a],
+            for (int64_t k = 0; k < state->owned; k++) {
+                engine->words[gbg_engine_place(place, k)] = (uint32_t)image[a][k];
+            }
+            status = engine->backend->upload(engine->device, state->image[a], engine->words,
                                              (size_t)state->owned * 4);
         }
     }
     engine->step = step;
-    engine->moved = 1e300;
+    state->epoch++;
     engine->forces_current = 0;
     return status;
 }
@@ -201,7 +273,9 @@ int gbg_engine_digest(struct gbg_engine *engine, char text[65])
     struct gbg_sha256 hash;
     unsigned char digest[32];
     struct gbg_engine_view view;
+    const int32_t *place = NULL;
     int status = gbg_engine_look(engine, &view);
+    status = status ? status : gbg_engine_places(engine, &place);
     gbg_sha256_start(&hash);
     if (status == GBG_OK) {
         hash_number(&hash, view.step);
@@ -212,7 +286,7 @@ int gbg_engine_digest(struct gbg_engine *engine, char text[65])
     for (int a = 0; status == GBG_OK && a < engine->state.box.dimension; a++) {
         status = fetch_axis(engine, a);
         for (int64_t i = 0; status == GBG_OK && i < view.n; i++) {
-            hash_number(&hash, fetched(engine, i));
+            hash_number(&hash, fetched(engine, gbg_engine_place(place, i)));
         }
     }
     gbg_sha256_finish(&hash, digest);

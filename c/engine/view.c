@@ -8,28 +8,29 @@
 static int make_lists(struct gbg_engine *engine)
 {
     const struct gbg_state *state = &engine->state;
+    const int32_t *place = NULL;
     int64_t n = state->owned;
     if (engine->id) {
         return GBG_OK;
     }
     int status = gbg_allocate_zero(engine->context, (void **)&engine->species, n,
                                    sizeof *engine->species, "species");
-    if (status == GBG_OK && state->species) {
-        uint8_t *bytes = (uint8_t *)engine->species;
-        status = engine->backend->download(engine->device, bytes, state->species, (size_t)n);
-        for (int64_t i = n - 1; i >= 0; i--) { /* widens in place, from the end */
-            engine->species[i] = bytes[i];
-        }
-    }
     if (status == GBG_OK) {
         status = gbg_allocate(engine->context, (void **)&engine->id, n, sizeof *engine->id, "ids");
     }
-    if (status == GBG_OK && state->id) {
-        status = engine->backend->download(engine->device, engine->id, state->id, (size_t)n * 8);
-    } else {
-        for (int64_t i = 0; status == GBG_OK && i < n; i++) {
-            engine->id[i] = i;
+    status = status ? status : gbg_engine_places(engine, &place);
+    if (status == GBG_OK && state->species) {
+        status = gbg_engine_fetch(engine, state->species, (size_t)n);
+        for (int64_t k = 0; status == GBG_OK && k < n; k++) {
+            engine->species[k] = ((const uint8_t *)engine->words)[gbg_engine_place(place, k)];
         }
+    }
+    if (status == GBG_OK && state->id) {
+        status = gbg_engine_fetch(engine, state->id, (size_t)n * 8);
+    }
+    for (int64_t k = 0; status == GBG_OK && k < n; k++) {
+        const int64_t *ids = (const int64_t *)(const void *)engine->words;
+        engine->id[k] = state->id ? ids[gbg_engine_place(place, k)] : k;
     }
     if (status != GBG_OK) {
         gbg_release(engine->species);

@@ -15,10 +15,10 @@ struct euler {
     int sign;
 };
 
-/* Squares of the largest moves; particles with a bad move: the lowest index. */
+/* Squares of the largest moves; particles with a bad move: that of the lowest rank. */
 struct extremes {
     double drift, noise, total;
-    int64_t bad; /* INT64_MAX: none */
+    int64_t bad; /* rank << 32 | index; INT64_MAX: none */
 };
 
 /* Moves of one vector of particles, in quanta. */
@@ -104,14 +104,16 @@ static inline double larger(double a, double b)
     return b > a ? b : a; /* NaN in b is left out: its particle is counted as bad */
 }
 
-static inline void note(const struct block *block, int64_t first, int lanes, struct extremes *seen)
+static inline void note(const struct gbg_state *state, const struct block *block, int64_t first,
+                        int lanes, struct extremes *seen)
 {
     for (int l = 0; l < lanes; l++) {
         seen->drift = larger(seen->drift, block->drift[l]);
         seen->noise = larger(seen->noise, block->noise[l]);
         seen->total = larger(seen->total, block->total[l]);
-        if (block->bad[l] && first + l < seen->bad) {
-            seen->bad = first + l;
+        if (block->bad[l]) {
+            int64_t name = (int64_t)gbg_rank_of(state, first + l) << 32 | (first + l);
+            seen->bad = name < seen->bad ? name : seen->bad;
         }
     }
 }
@@ -135,7 +137,7 @@ int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state 
             struct block block;
             find_moves(&euler, first, lanes, &block);
             move(&euler, first, lanes, &block);
-            note(&block, first, lanes, &seen);
+            note(state, &block, first, lanes, &seen);
         }
         largest_drift = larger(largest_drift, seen.drift);
         largest_noise = larger(largest_noise, seen.noise);
@@ -143,7 +145,7 @@ int GBG_ISA_NAME(gbg_cpu_integrate)(struct gbg_device *device, struct gbg_state 
         bad = seen.bad < bad ? seen.bad : bad;
     }
     *moves = (struct gbg_moves){sqrt(largest_drift), sqrt(largest_noise), sqrt(largest),
-                                bad == INT64_MAX ? -1 : bad};
+                                bad == INT64_MAX ? -1 : bad & UINT32_MAX};
     (void)device;
     return GBG_OK;
 }

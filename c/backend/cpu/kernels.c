@@ -3,6 +3,7 @@
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/direct.h"
 #include "backend/cpu/list.h"
+#include "backend/cpu/order.h"
 #include "backend/cpu/variant.h"
 
 const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
@@ -25,6 +26,8 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .list_update = gbg_list_update,
             .list_builds = gbg_list_builds,
             .list_bytes = gbg_list_bytes,
+            .list_scatter = gbg_list_scatter,
+            .arrange = gbg_arrange,
             .keep = gbg_keep,
             .put_back = gbg_put_back,
             .contacts = gbg_contacts,

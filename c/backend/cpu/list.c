@@ -140,7 +140,8 @@ static void refresh_local(struct gbg_device *device, const struct gbg_state *sta
     (void)device;
 }
 
-static int row_push(struct gbg_context *context, struct gbg_row *row, int32_t j)
+static int row_push(struct gbg_context *context, const struct gbg_state *state, struct gbg_row *row,
+                    int32_t j)
 {
     if (row->count == row->capacity) {
         void *larger;
@@ -157,7 +158,9 @@ static int row_push(struct gbg_context *context, struct gbg_row *row, int32_t j)
         row->capacity = capacity;
     }
     int64_t k = row->count++;
-    while (k > 0 && row->index[k - 1] > j) { /* rows are short: insertion keeps them sorted */
+    int32_t rank = gbg_rank_of(state, j);
+    while (k > 0 && gbg_rank_of(state, row->index[k - 1]) >
+                        rank) { /* rows are short: insertion keeps them sorted */
         row->index[k] = row->index[k - 1];
         k--;
     }
@@ -185,7 +188,7 @@ static int find_neighbours(struct gbg_context *context, const struct gbg_state *
                 squared += d * d;
             }
             if (squared <= limit && grid->particle[slot] != i) {
-                int status = row_push(context, row, grid->particle[slot]);
+                int status = row_push(context, state, row, grid->particle[slot]);
                 if (status != GBG_OK) {
                     return status;
                 }
@@ -265,6 +268,7 @@ static void build_chunk(struct gbg_context *context, const struct gbg_state *sta
 int gbg_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list)
 {
     int64_t total = state->owned + state->ghost;
+    list->epoch = state->epoch - 1; /* a build that fails is done again */
     int status = gbg_grid_build(device->context, &list->grid, &state->box, list->radius, total,
                                 state->high, state->low);
     if (status != GBG_OK) {
@@ -284,6 +288,9 @@ int gbg_list_build(struct gbg_device *device, struct gbg_state *state, struct gb
                (size_t)list->n * sizeof *list->built_high[a]);
     }
     list->builds++;
+    if (status == GBG_OK) {
+        list->epoch = state->epoch;
+    }
     return status;
 }
 
@@ -304,7 +311,7 @@ int gbg_list_update(struct gbg_device *device, struct gbg_state *state, struct g
 {
     double slack = 0.5 * (list->radius - list->reach) * 0.999; /* float rounding of the lengths */
     /* a single large move could fold over the period of the local coordinates unseen */
-    if (list->builds == 0 || !(moved <= slack)) {
+    if (list->builds == 0 || list->epoch != state->epoch || !(moved <= slack)) {
         return gbg_list_build(device, state, list);
     }
     refresh_local(device, state, list);

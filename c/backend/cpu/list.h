@@ -53,6 +53,7 @@ struct gbg_list {
     struct gbg_grid grid;
     unsigned char *look; /* contact rounds: 1 = to be looked at in the next round */
     int64_t builds;
+    uint64_t epoch; /* of the state when the list was built */
 };
 
 static inline uint32_t gbg_local(uint32_t high, uint32_t low, int shift)
