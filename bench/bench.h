@@ -34,6 +34,13 @@ struct gbg_bench_seconds {
     double wall, core;
 };
 
+/* A quantity of physics that a line reports besides its time: the rule and the step it was measured
+ * with, its standard error, and what it should be (NAN: not known). Texts in static storage. */
+struct gbg_bench_measured {
+    const char *rule, *quantity; /* NULL: the line has no such thing */
+    double dt, value, standard_error, reference;
+};
+
 /* One line of the table. Units are short words: "pairs", "deviates", "particle-steps". */
 struct gbg_bench_result {
     const char *what;      /* variant within the case, e.g. "2D power 2"; static storage */
@@ -44,6 +51,7 @@ struct gbg_bench_result {
     struct gbg_bench_seconds seconds; /* filled in by gbg_bench_time */
     double error_rms, error_median; /* RMS error over RMS and over median size; NAN: not measured */
     double allowed;                 /* largest error_rms that the case accepts; 0: no limit */
+    struct gbg_bench_measured measured;
 };
 
 struct gbg_bench_case {
@@ -71,6 +79,6 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
 
 /* The cases (bench/cases). */
 extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise, gbg_bench_short_range,
-    gbg_bench_structure_factor;
+    gbg_bench_structure_factor, gbg_bench_contact_rules, gbg_bench_contact_rules_open;
 
 #endif

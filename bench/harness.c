@@ -18,9 +18,9 @@ enum { LEAST_TIMES = 5, MOST_TIMES = 101 };
 
 static const double ENOUGH_SECONDS = 0.5; /* of timing, once there are LEAST_TIMES */
 
-static const struct gbg_bench_case *const cases[] = {&gbg_bench_direct, &gbg_bench_noise,
-                                                     &gbg_bench_short_range,
-                                                     &gbg_bench_structure_factor};
+static const struct gbg_bench_case *const cases[] = {
+    &gbg_bench_direct,           &gbg_bench_noise,         &gbg_bench_short_range,
+    &gbg_bench_structure_factor, &gbg_bench_contact_rules, &gbg_bench_contact_rules_open};
 
 enum { CASES = sizeof cases / sizeof *cases };
 
@@ -106,8 +106,31 @@ static void print_head(const struct gbg_bench *bench)
     printf("case %s, backend %s (%s), %d thread%s, commit %s\n%s, %d cores, load %.2f\n",
            bench->case_name, name, instructions, threads, threads == 1 ? "" : "s",
            gbg_machine_commit(), machine.model, machine.cores, machine.load);
+}
+
+/* Above the first line, which says what the columns are. */
+static void print_columns(const struct gbg_bench_result *line)
+{
+    if (line->measured.quantity) {
+        printf("%-18s %-8s %7s %-9s %-24s %12s %9s %9s %10s %10s\n", "what", "rule", "N", "dt",
+               "quantity", "value", "+-", "expected", "rel. error", "core ns");
+        return;
+    }
     printf("%-26s %-9s %9s %11s %11s %12s %-15s %9s %12s\n", "what", "precision", "N", "seconds",
            "per second", "core ns each", "", "error/RMS", "error/median");
+}
+
+static void print_measured(const struct gbg_bench_result *line)
+{
+    const struct gbg_bench_measured *m = &line->measured;
+    printf("%-18s %-8s %7lld %-9.4g %-24s %12.6g %9.1e", line->what, m->rule, (long long)line->n,
+           m->dt, m->quantity, m->value, m->standard_error);
+    if (isfinite(m->reference)) {
+        printf(" %9.5g %+9.3f%%", m->reference, 100.0 * (m->value / m->reference - 1.0));
+    } else {
+        printf(" %9s %10s", "-", "-");
+    }
+    printf(" %10.4g\n", 1e9 * line->seconds.core / line->work);
 }
 
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
@@ -121,7 +144,15 @@ int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *res
         bench->result = more;
         bench->capacity = capacity;
     }
+    if (bench->n_results == 0) {
+        print_columns(result);
+    }
     bench->result[bench->n_results++] = *result;
+    if (result->measured.quantity) {
+        print_measured(result);
+        fflush(stdout);
+        return 0;
+    }
     printf("%-26s %-9s %9lld %11.4e %11.3e %12.4g %-15s %9.2e %12.2e%s\n", result->what,
            result->precision, (long long)result->n, result->seconds.wall,
            result->work / result->seconds.wall, 1e9 * result->seconds.core / result->work,
@@ -137,6 +168,17 @@ static void write_number(FILE *file, const char *key, double value)
         fprintf(file, ", \"%s\": %.6g", key, value);
     } else {
         fprintf(file, ", \"%s\": null", key);
+    }
+}
+
+static void write_measured(FILE *file, const struct gbg_bench_measured *m)
+{
+    if (m->quantity) {
+        fprintf(file, ", \"rule\": \"%s\", \"quantity\": \"%s\"", m->rule, m->quantity);
+        write_number(file, "dt", m->dt);
+        write_number(file, "value", m->value);
+        write_number(file, "standard_error", m->standard_error);
+        write_number(file, "reference", m->reference);
     }
 }
 
@@ -163,6 +205,7 @@ static void write_results(FILE *file, const struct gbg_bench *bench)
         write_number(file, "error_over_rms", r->error_rms);
         write_number(file, "error_over_median", r->error_median);
         write_number(file, "allowed", r->allowed > 0.0 ? r->allowed : NAN);
+        write_measured(file, &r->measured);
         fprintf(file, ", \"commit\": \"%s\", \"machine\": \"%s\", \"cores\": %d, \"load\": %.2f}",
                 gbg_machine_commit(), machine.model, machine.cores, machine.load);
     }

@@ -247,7 +247,7 @@ int gbg_dimers_measure(struct gbg_context *context, const struct gbg_pair_law *l
 struct dense {
     int64_t n;
     double edge, looks;
-    double *x, *y, *fx, *fy;
+    double *x, *y, *fx, *fy, *noise; /* fx, fy: velocities in a step, less the noise */
     int32_t *species;
     struct sums sums;
     double at_contact;
@@ -269,21 +269,39 @@ static void add_pair(struct dense *d, double sign, int64_t i, int64_t j)
     d->sums.speed += 0.5 * sign * ((d->fx[i] + d->fx[j]) * rx + (d->fy[i] + d->fy[j]) * ry) / r;
 }
 
-/* All unlike pairs of the present state; the first partner of each is of species 0. The centre of a
- * pair moves with half the sum of the forces on average, whatever pushes act inside the pair. */
-static int look(struct gbg_engine *engine, double sign, struct dense *d)
+/* Velocities in the next step, pushes of contacts included and noise taken off. */
+static int step_once(struct gbg_context *context, struct gbg_engine *engine,
+                     const struct gbg_sample *sample, struct gbg_work *work, struct dense *d)
 {
-    int status = gbg_engine_positions(engine, 1, d->n, d->x, d->y, NULL, 1);
-    status = status ? status : gbg_engine_forces(engine, d->n, d->fx, d->fy, NULL, 1);
-    for (int64_t i = 0; i < d->n && status == GBG_OK; i++) {
-        for (int64_t j = 0; d->species[i] == 0 && j < d->n; j++) {
-            if (d->species[j] == 1) {
+    int64_t step = 0;
+    double s = sqrt(sample->temperature * sample->dt);
+    int status = gbg_engine_integer(engine, "step", &step);
+    status = status ? status : gbg_normals(context, sample->seed, 0, step, 0, 2, d->n, d->noise);
+    status = status ? status : gbg_engine_positions(engine, 0, d->n, d->x, d->y, NULL, 1);
+    status = status ? status : gbg_work_run(engine, 1, work);
+    status = status ? status : gbg_engine_positions(engine, 0, d->n, d->fx, d->fy, NULL, 1);
+    for (int64_t i = 0; i < d->n; i++) {
+        d->fx[i] = (d->fx[i] - d->x[i] - s * d->noise[2 * i]) / sample->dt;
+        d->fy[i] = (d->fy[i] - d->y[i] - s * d->noise[2 * i + 1]) / sample->dt;
+    }
+    return status;
+}
+
+/* All pairs of the present state that could be bound. */
+static void look(const struct gbg_pair_law *law, struct dense *d)
+{
+    double response[2];
+    responses(law, response);
+    double sign = response[0] < response[1] ? -1.0 : 1.0;
+    int like = law->partner[0] == law->partner[1];
+    for (int64_t i = 0; i < d->n; i++) {
+        for (int64_t j = like ? i + 1 : 0; d->species[i] == law->partner[0] && j < d->n; j++) {
+            if (d->species[j] == law->partner[1]) {
                 add_pair(d, sign, i, j);
             }
         }
     }
     d->looks += 1.0;
-    return status;
 }
 
 static int run_dense(struct gbg_context *context, const struct gbg_pair_law *law,
@@ -301,9 +319,6 @@ static int run_dense(struct gbg_context *context, const struct gbg_pair_law *law
                                 .power = law->power,
                                 .cutoff = 2.5,
                                 .seed = seed};
-    double response[2];
-    responses(law, response);
-    double sign = response[0] < response[1] ? -1.0 : 1.0;
     int64_t stride = (int64_t)fmax(1.0, rint(look_every / plan->dt));
     int64_t looks = (int64_t)rint((plan->until - plan->from) / (plan->dt * (double)stride));
     int status = gbg_discs_equilibrium(context, plan->packing, d->n, seed, d->x, d->y, &d->edge);
@@ -312,11 +327,28 @@ static int run_dense(struct gbg_context *context, const struct gbg_pair_law *law
                     : gbg_sample_engine(context, &sample, d->n, d->x, d->y, d->species, &engine);
     status = status ? status : gbg_work_run(engine, (int64_t)rint(plan->from / plan->dt), work);
     for (int64_t k = 0; k < looks && status == GBG_OK; k++) {
-        status = gbg_work_run(engine, stride, work);
-        status = status ? status : look(engine, sign, d);
+        status = gbg_work_run(engine, stride - 1, work);
+        status = status ? status : step_once(context, engine, &sample, work, d);
+        look(law, d);
     }
     gbg_engine_destroy(&engine);
     return status;
+}
+
+/* Half of the particles of each species, at random places. */
+static void shuffle(struct dense *d, int64_t seed)
+{
+    uint64_t state = (uint64_t)seed;
+    for (int64_t i = 0; i < d->n; i++) {
+        d->species[i] = (int32_t)(i % 2);
+    }
+    for (int64_t i = d->n - 1; i > 0; i--) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        int64_t k = (int64_t)((state >> 33) % (uint64_t)(i + 1));
+        int32_t species = d->species[i];
+        d->species[i] = d->species[k];
+        d->species[k] = species;
+    }
 }
 
 /* Ratios over starts, which are independent. */
@@ -333,7 +365,7 @@ int gbg_dense_measure(struct gbg_context *context, const struct gbg_pair_law *la
                       const struct gbg_dense_plan *plan, struct gbg_dense_result *result)
 {
     size_t n = (size_t)plan->n, starts = (size_t)plan->starts;
-    struct dense d = {.n = plan->n, .x = malloc(4 * n * sizeof(double))};
+    struct dense d = {.n = plan->n, .x = malloc(6 * n * sizeof(double))};
     double *column = malloc(4 * starts * sizeof *column);
     d.species = malloc(n * sizeof *d.species);
     int status = d.x && d.species && column ? GBG_OK : GBG_E_MEMORY;
@@ -342,14 +374,14 @@ int gbg_dense_measure(struct gbg_context *context, const struct gbg_pair_law *la
         d.y = d.x + n;
         d.fx = d.x + 2 * n;
         d.fy = d.x + 3 * n;
+        d.noise = d.x + 4 * n;
         d.looks = d.at_contact = 0.0;
         d.sums = (struct sums){0};
-        for (size_t i = 0; i < n; i++) {
-            d.species[i] = (int32_t)(i % 2);
-        }
+        shuffle(&d, plan->seed + (int64_t)k);
         status = run_dense(context, law, plan, plan->seed + 100 * (int64_t)k, &d, &result->work);
         double outer = 1.0 + first_bin, area = pi * (outer * outer - 1.0);
-        double uniform = 0.25 * (double)n * (double)n * area / (d.edge * d.edge) * d.looks;
+        double like = law->partner[0] == law->partner[1] ? 0.5 : 1.0;
+        double uniform = 0.25 * like * (double)n * (double)n * area / (d.edge * d.edge) * d.looks;
         column[k] = d.sums.near_gap;
         column[starts + k] = d.sums.near_count;
         column[2 * starts + k] = d.sums.speed;

@@ -240,7 +240,8 @@ static int start(struct gbg_context *context, double packing, int64_t n, int64_t
     if (packing <= 0.5) {
         status = status ? status : gbg_scene_set_text(scene, "particles.start.random", "insertion");
     } else {
-        status = status ? status : gbg_scene_set_text(scene, "particles.start.lattice", "square");
+        const char *lattice = packing <= 0.75 ? "square" : "triangular";
+        status = status ? status : gbg_scene_set_text(scene, "particles.start.lattice", lattice);
         status = status ? status : gbg_scene_set_real(scene, "particles.start.jitter", 0.9);
     }
     status = status ? status : gbg_engine_create(scene, &engine);

@@ -78,8 +78,8 @@ struct gbg_disc_result {
 };
 
 /* n discs in equilibrium, up to the statistics of one run: from random insertion (packing to 0.5)
- * or a square lattice, by the rule "event" with large steps if it is built, else by bounce with
- * small ones. x, y: n coordinates each; edge: of the square box. */
+ * or a lattice (square to 0.75), by the rule "event" with large steps if it is built, else by
+ * bounce with small ones. x, y: n coordinates each; edge: of the square box. */
 int gbg_discs_equilibrium(struct gbg_context *context, double packing, int64_t n, int64_t seed,
                           double *x, double *y, double *edge);
 /* Measures one rule from that start, after a tenth of the duration to forget it. */
