@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "core/box.h"
+#include "core/view.h"
 
 struct gbg_context;
 struct gbg_device; /* a backend's own body: threads or a GPU, scratch */
@@ -103,6 +104,38 @@ struct gbg_certificate {
     double largest;         /* out: largest move since the start of the step */
 };
 
+/* Neighbour search on a caller's coordinates: all pairs whose squared distance, sum over the axes
+ * of the squares of the minimum-image differences in doubles, is <= radius radius. */
+enum gbg_search_method {
+    GBG_SEARCH_BRUTE,     /* every pair, 64-bit coordinates only */
+    GBG_SEARCH_GRID,      /* cells of edge >= edge; as many around as the reach needs */
+    GBG_SEARCH_OCTANT,    /* cells of edge >= edge >= 2 reach; on each axis one neighbour cell */
+    GBG_SEARCH_OCCUPANCY, /* cells of edge <= edge with at most one particle each */
+    GBG_SEARCH_METHODS
+};
+struct gbg_search_plan {
+    int method; /* enum gbg_search_method */
+    double radius;
+    double skin; /* above 0: rows up to radius + skin are kept while nobody moved over skin/2 */
+    double edge;
+};
+struct gbg_search_report {
+    int64_t rows;       /* neighbours of all particles: twice the number of pairs */
+    int64_t candidates; /* distances looked at for them, both directions */
+    int64_t cells[3];
+    int searched; /* 0: an earlier list was still good */
+    /* two particles in one cell, for GBG_SEARCH_OCCUPANCY: the first such pair; first -1: none */
+    struct gbg_pair crowded;
+};
+struct gbg_search; /* a backend's own body */
+/* Pairs first < second in ascending order, with first - second (dimension numbers a pair). */
+struct gbg_search_block {
+    int64_t particle, entry; /* where to go on; 0, 0 at the start */
+    int64_t capacity, count;
+    int32_t *first, *second;
+    double *separation;
+};
+
 struct gbg_kernels {
     /* required */
     /* xi(dimension, n) for ids first .. first+n-1 at a step. */
@@ -175,6 +208,23 @@ struct gbg_kernels {
      * state before the step has no overlap, so this ends. */
     int (*roll_back)(struct gbg_device *device, struct gbg_state *state, double tolerance,
                      int straight, int64_t *reverted);
+
+    /* Neighbour search: coordinates and results live with the caller. */
+    int (*search_create)(struct gbg_device *device, const struct gbg_box *box,
+                         struct gbg_search **search);
+    void (*search_destroy)(struct gbg_device *device, struct gbg_search *search);
+    /* Finds all pairs; afterwards the three calls below read them. */
+    int (*search_update)(struct gbg_device *device, struct gbg_search *search,
+                         const struct gbg_search_plan *plan, const struct gbg_points *points,
+                         struct gbg_search_report *report);
+    /* Neighbours of each particle in ascending order: offset[n + 1] and indices, from base. */
+    int (*search_rows)(struct gbg_device *device, struct gbg_search *search, int base,
+                       int64_t *offset, int32_t *neighbour);
+    int (*search_pairs)(struct gbg_device *device, struct gbg_search *search, int base,
+                        int32_t *first, int32_t *second);
+    /* The next pairs, from 0, up to the capacity of the block; none left: count 0. */
+    int (*search_block)(struct gbg_device *device, struct gbg_search *search,
+                        struct gbg_search_block *block);
 };
 
 struct gbg_backend {

@@ -6,6 +6,7 @@
 #include "context.h"
 #include "engine.h"
 #include "kernels.h"
+#include "neighbours.h"
 #include "scene.h"
 #include "status.h"
 #include "trajectory.h"

@@ -9,6 +9,7 @@
 /* Particles of a slice with a neighbour (slots at index) whose squared distance is below the limit;
  * returns their number. */
 struct gbg_list;
+struct gbg_search_kernels;
 typedef int64_t (*gbg_cpu_screen)(const struct gbg_list *list, int64_t slice, const int32_t *index,
                                   float squared_limit, int32_t *found);
 
@@ -17,6 +18,7 @@ struct gbg_cpu_variant {
     const char *name;
     struct gbg_kernels kernels;
     gbg_cpu_screen screen;
+    const struct gbg_search_kernels *search;
     gbg_cpu_certify_moves certify_moves;
     gbg_cpu_certify_screen certify_screen;
 };

@@ -4,11 +4,13 @@
 #include "backend/cpu/direct.h"
 #include "backend/cpu/list.h"
 #include "backend/cpu/order.h"
+#include "backend/cpu/search.h"
 #include "backend/cpu/variant.h"
 
 const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
     .name = GBG_SIMD_NAME,
     .screen = GBG_ISA_NAME(gbg_cpu_screen),
+    .search = &GBG_ISA_NAME(gbg_search_kernels),
     .certify_moves = GBG_ISA_NAME(gbg_cpu_certify_moves),
     .certify_screen = GBG_ISA_NAME(gbg_cpu_certify_screen),
     .kernels =
@@ -34,5 +36,11 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .overlaps = gbg_overlaps,
             .certify = gbg_certify,
             .roll_back = gbg_roll_back,
+            .search_create = gbg_search_create,
+            .search_destroy = gbg_search_destroy,
+            .search_update = gbg_search_update,
+            .search_rows = gbg_search_csr,
+            .search_pairs = gbg_search_pairs,
+            .search_block = gbg_search_block,
         },
 };

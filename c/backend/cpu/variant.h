@@ -27,6 +27,8 @@ void GBG_ISA_NAME(gbg_cpu_certify_moves)(const struct gbg_certify_work *work, in
 int64_t GBG_ISA_NAME(gbg_cpu_certify_screen)(const struct gbg_certify_work *work, int64_t slice,
                                              const int32_t *index, int32_t *found);
 
+extern const struct gbg_search_kernels GBG_ISA_NAME(gbg_search_kernels);
+
 int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_state *state,
                                        double power, int add);
 int GBG_ISA_NAME(gbg_cpu_direct_double)(struct gbg_device *device, struct gbg_state *state,

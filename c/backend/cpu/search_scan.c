@@ -1,0 +1,442 @@
+/* L1, CPU, per instruction set: fractions and keys of coordinates, and the rows of neighbours.
+ *
+ * Candidates are sorted out by 32-bit coordinates and floats; where these cannot decide, the rule
+ * on 64-bit coordinates does (gbg_search_within), so no rounding of a float shows. */
+#include <string.h>
+
+#include "backend/cpu/cpu.h"
+#include "backend/cpu/search.h"
+#include "backend/cpu/simd.h"
+#include "backend/cpu/variant.h"
+
+#define INLINE static inline __attribute__((always_inline))
+
+enum { RANK_MOST = 160 };
+
+static void encode(struct gbg_search *search, const struct gbg_points *points, int64_t begin,
+                   int64_t end)
+{
+    for (int a = 0; a < search->box.dimension; a++) {
+        const struct gbg_box box = search->box;
+        const double *restrict from = points->base[a];
+        uint64_t *restrict to = search->fraction[a];
+        ptrdiff_t step = points->step;
+        for (int64_t i = begin; i < end; i++) {
+            to[i] = gbg_box_encode(&box, a, from[i * step], NULL);
+        }
+    }
+}
+
+INLINE void keys_of(struct gbg_search *search, int64_t begin, int64_t end, const int dimension,
+                    const int sub)
+{
+    int32_t *restrict key = search->key;
+    for (int64_t i = begin; i < end; i++) {
+        uint32_t cell = 0, octant = 0;
+        for (int a = dimension - 1; a >= 0; a--) {
+            uint64_t high = search->fraction[a][i] >> 32;
+            uint64_t halves = high * (uint64_t)(search->cells[a] << (sub > 0)) >> 32;
+            cell = cell * (uint32_t)search->cells[a] + (uint32_t)(halves >> (sub > 0));
+            octant |= sub ? (uint32_t)(halves & 1) << a : 0;
+        }
+        key[i] = (int32_t)(cell << sub | octant);
+    }
+}
+
+static void keys(struct gbg_search *search, int64_t begin, int64_t end)
+{
+    int octants = search->sub > 0;
+    if (search->box.dimension == 2) {
+        octants ? keys_of(search, begin, end, 2, 2) : keys_of(search, begin, end, 2, 0);
+    } else {
+        octants ? keys_of(search, begin, end, 3, 3) : keys_of(search, begin, end, 3, 0);
+    }
+}
+
+/* Stores the lanes of a whose bit is set one after the other; writes a whole vector; returns their
+ * number. */
+INLINE int pack(int32_t *to, vi a, uint32_t bits)
+{
+#if VF_LANES == 16
+    _mm512_storeu_si512(to, _mm512_maskz_compress_epi32((__mmask16)bits, a));
+    return __builtin_popcount(bits);
+#else
+    int32_t lane[VF_LANES];
+    int n = 0;
+    vi_store(lane, a);
+    for (; bits; bits &= bits - 1) {
+        to[n++] = lane[__builtin_ctz(bits)];
+    }
+    return n;
+#endif
+}
+
+/* Merges the ascending runs of a long row until one is left; returns where it stands. */
+static int32_t *merge_runs(int32_t *row, int32_t *other, int64_t n)
+{
+    for (;;) {
+        int64_t at = 0, merged = 0;
+        while (at < n) {
+            int64_t middle = at + 1, end;
+            while (middle < n && row[middle] > row[middle - 1]) {
+                middle++;
+            }
+            for (end = middle + 1; end < n && row[end] > row[end - 1]; end++) {
+            }
+            end = middle < n ? end : n;
+            int64_t p = at, q = middle;
+            for (int64_t k = at; k < end; k++) {
+                other[k] = q >= end || (p < middle && row[p] < row[q]) ? row[p++] : row[q++];
+            }
+            at = end;
+            merged++;
+        }
+        int32_t *swap = row;
+        row = other;
+        other = swap;
+        if (merged <= 1) {
+            return row;
+        }
+    }
+}
+
+/* The n indices of a row in ascending order at `to`: each goes to the place that the number of
+ * smaller ones names. */
+INLINE void sort_row(int32_t *row, int32_t *other, int64_t n, int32_t *to)
+{
+    if (n > RANK_MOST) {
+        memcpy(to, merge_runs(row, other, n), (size_t)n * sizeof *to);
+        return;
+    }
+    const vi one = vi_set(1), zero = vi_set(0);
+    for (int64_t k = 0; k < n; k += VF_LANES) {
+        vi own = vi_load(row + k), rank = zero;
+        for (int64_t j = 0; j < n; j++) {
+            rank = vi_add(rank, vi_select(vi_lt(vi_set(row[j]), own), one, zero));
+        }
+        int32_t place[VF_LANES];
+        vi_store(place, rank);
+        int64_t lanes = n - k < VF_LANES ? n - k : VF_LANES;
+        for (int64_t l = 0; l < lanes; l++) {
+            to[place[l]] = row[k + l];
+        }
+    }
+}
+
+/* Which of the lanes in doubt are pairs. */
+static uint32_t settle(const struct gbg_search *search, int32_t self, const int32_t *id,
+                       uint32_t bits, uint32_t doubt)
+{
+    for (; doubt; doubt &= doubt - 1) {
+        int lane = __builtin_ctz(doubt);
+        if (!gbg_search_within(search, self, id[lane])) {
+            bits &= ~(UINT32_C(1) << lane);
+        }
+    }
+    return bits;
+}
+
+/* Neighbours of particle `self` among the candidates of its cell; returns their number. */
+INLINE int64_t neighbours_of(const struct gbg_search *search,
+                             const struct gbg_search_thread *thread, int64_t count, int32_t self,
+                             const uint32_t *own_local, const int dimension)
+{
+    vf scale[3], likely = vf_set(search->likely), sure = vf_set(search->sure);
+    vi own[3], me = vi_set(self);
+    int64_t found = 0;
+    for (int a = 0; a < dimension; a++) {
+        own[a] = vi_set((int32_t)own_local[a]);
+        scale[a] = vf_set(search->scale[a]);
+    }
+    for (int64_t k = 0; k < count; k += VF_LANES) {
+        vf r = vf_mul(vf_from_vi(vi_sub(own[0], vi_load(thread->place[0] + k))), scale[0]);
+        vf squared = vf_mul(r, r);
+        for (int a = 1; a < dimension; a++) {
+            r = vf_mul(vf_from_vi(vi_sub(own[a], vi_load(thread->place[a] + k))), scale[a]);
+            squared = vf_fma(r, r, squared);
+        }
+        vi id = vi_load(thread->candidate + k);
+        uint32_t bits = vm_bits(vf_le(squared, likely)) & ~vm_bits(vi_eq(id, me));
+        if (count - k < VF_LANES) {
+            bits &= (UINT32_C(1) << (count - k)) - 1;
+        }
+        uint32_t doubt = bits & ~vm_bits(vf_lt(squared, sure));
+        if (__builtin_expect(doubt != 0, 0)) {
+            bits = settle(search, self, thread->candidate + k, bits, doubt);
+        }
+        found += pack(thread->row + found, id, bits);
+    }
+    return found;
+}
+
+/* Copies the candidates of a cell together. */
+INLINE int64_t gather(const struct gbg_search *search, struct gbg_search_thread *thread,
+                      const struct gbg_search_run *runs, int n_runs, const int dimension)
+{
+    int64_t count = 0;
+    for (int r = 0; r < n_runs; r++) {
+        int64_t length = runs[r].end - runs[r].begin;
+        for (int64_t k = 0; k < length; k += VF_LANES) {
+            for (int a = 0; a < dimension; a++) {
+                vi_store(thread->place[a] + count + k,
+                         vi_load(search->local[a] + runs[r].begin + k));
+            }
+            vi_store(thread->candidate + count + k, vi_load(search->particle + runs[r].begin + k));
+        }
+        count += length;
+    }
+    return count;
+}
+
+/* Appends the row of a particle. */
+INLINE void append(struct gbg_device *device, const struct gbg_search_rows *rows,
+                   struct gbg_search_store *store, struct gbg_search_thread *thread, int number,
+                   int32_t particle, int64_t n)
+{
+    if (__builtin_expect(store->used + n > store->capacity, 0)) {
+        thread->status = gbg_search_grow(device, store, n);
+        if (thread->status != GBG_OK) {
+            return;
+        }
+    }
+    sort_row(thread->row, thread->other, n, store->index + store->used);
+    rows->begin[particle] = (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used;
+    rows->count[particle] = (int32_t)n;
+    store->used += n;
+    thread->found += n;
+}
+
+INLINE void scan_keys(struct gbg_device *device, struct gbg_search *search, int number,
+                      int64_t begin, int64_t end, const int dimension)
+{
+    struct gbg_search_thread *thread = &search->thread[number];
+    int listed = search->plan.skin > 0.0;
+    struct gbg_search_store *store = listed ? &thread->list : &thread->out;
+    const struct gbg_search_rows *rows = listed ? &search->list : &search->out;
+    struct gbg_search_run runs[GBG_SEARCH_RUNS];
+    for (int64_t key = begin; key < end && thread->status == GBG_OK; key++) {
+        int32_t from = search->first[key], to = search->first[key + 1];
+        if (from == to) {
+            continue;
+        }
+        int64_t cell = key >> search->sub, row = cell / search->cells[0];
+        int c[3] = {(int)(cell - row * search->cells[0]), (int)(row % search->cells[1]),
+                    dimension == 3 ? (int)(row / search->cells[1]) : 0};
+        int n_runs = gbg_search_runs(search, c, (int)(key & ((1 << search->sub) - 1)), runs);
+        int64_t count = 0;
+        for (int r = 0; r < n_runs; r++) {
+            count += runs[r].end - runs[r].begin;
+        }
+        thread->status = gbg_search_room(device, thread, dimension, count);
+        if (thread->status != GBG_OK) {
+            return;
+        }
+        gather(search, thread, runs, n_runs, dimension);
+        thread->looked += (count - 1) * (to - from);
+        for (int32_t slot = from; slot < to && thread->status == GBG_OK; slot++) {
+            uint32_t own[3];
+            for (int a = 0; a < dimension; a++) {
+                own[a] = search->local[a][slot];
+            }
+            int32_t self = search->particle[slot];
+            int64_t n = neighbours_of(search, thread, count, self, own, dimension);
+            append(device, rows, store, thread, number, self, n);
+        }
+    }
+}
+
+static void scan(struct gbg_device *device, struct gbg_search *search, int thread, int64_t begin,
+                 int64_t end)
+{
+    if (search->box.dimension == 2) {
+        scan_keys(device, search, thread, begin, end, 2);
+    } else {
+        scan_keys(device, search, thread, begin, end, 3);
+    }
+}
+
+/* Those of `count` listed places that are within the radius of the place `own`; ids: particle of a
+ * place, NULL: the place itself. Keeps the order. */
+INLINE int64_t sift(const struct gbg_search *search, const int32_t *listed, int64_t count,
+                    int32_t own_place, int32_t self, const int32_t *ids, int32_t *row,
+                    const int dimension)
+{
+    vf scale[3], likely = vf_set(search->likely), sure = vf_set(search->sure);
+    vi own[3];
+    int64_t found = 0;
+    for (int a = 0; a < dimension; a++) {
+        own[a] = vi_set((int32_t)search->local[a][own_place]);
+        scale[a] = vf_set(search->scale[a]);
+    }
+    for (int64_t k = 0; k < count; k += VF_LANES) {
+        vi place = vi_load(listed + k);
+        uint32_t valid = ~UINT32_C(0);
+        if (count - k < VF_LANES) { /* what stands behind the list may be anything */
+            int32_t lane[VF_LANES];
+            valid = (UINT32_C(1) << (count - k)) - 1;
+            for (int l = 0; l < VF_LANES; l++) {
+                lane[l] = l < count - k ? listed[k + l] : own_place;
+            }
+            place = vi_load(lane);
+        }
+        vf squared = vf_set(0.0f);
+        for (int a = 0; a < dimension; a++) {
+            vf r = vf_mul(vf_from_vi(vi_sub(own[a], vi_gather(search->local[a], place))), scale[a]);
+            squared = vf_fma(r, r, squared);
+        }
+        vi id = ids ? vi_gather(ids, place) : place;
+        uint32_t bits = vm_bits(vf_le(squared, likely)) & valid;
+        uint32_t doubt = bits & ~vm_bits(vf_lt(squared, sure));
+        if (__builtin_expect(doubt != 0, 0)) {
+            int32_t lane[VF_LANES];
+            vi_store(lane, id);
+            bits = settle(search, self, lane, bits, doubt);
+        }
+        found += pack(row + found, id, bits);
+    }
+    return found;
+}
+
+INLINE void filter_slots(struct gbg_device *device, struct gbg_search *search, int number,
+                         int64_t begin, int64_t end, const int dimension)
+{
+    struct gbg_search_thread *thread = &search->thread[number];
+    struct gbg_search_store *store = &thread->out;
+    for (int64_t slot = begin; slot < end; slot++) {
+        int32_t self = search->particle[slot];
+        uint64_t at = search->list.begin[self];
+        const int32_t *listed = search->thread[at >> GBG_SEARCH_THREAD_SHIFT].list.index +
+                                (at & ((UINT64_C(1) << GBG_SEARCH_THREAD_SHIFT) - 1));
+        int64_t count = search->list.count[self];
+        if (store->used + count + VF_LANES > store->capacity) {
+            thread->status = gbg_search_grow(device, store, count + VF_LANES);
+            if (thread->status != GBG_OK) {
+                return;
+            }
+        }
+        int64_t n = sift(search, listed, count, (int32_t)slot, self, search->particle,
+                         store->index + store->used, dimension);
+        search->out.begin[self] =
+            (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used;
+        search->out.count[self] = (int32_t)n;
+        store->used += n;
+        thread->found += n;
+        thread->looked += count;
+    }
+}
+
+static void filter(struct gbg_device *device, struct gbg_search *search, int thread, int64_t begin,
+                   int64_t end)
+{
+    if (search->box.dimension == 2) {
+        filter_slots(device, search, thread, begin, end, 2);
+    } else {
+        filter_slots(device, search, thread, begin, end, 3);
+    }
+}
+
+/* Particles in the cells begin..end-1 of a row of cells. */
+INLINE int64_t occupants(const int32_t *cell, int64_t begin, int64_t end, int32_t *to)
+{
+    int64_t found = 0;
+    for (int64_t k = begin; k < end; k += VF_LANES) {
+        vi particle = vi_load(cell + k);
+        uint32_t bits =
+            ~vm_bits(vi_lt(particle, vi_set(0))) & (uint32_t)((UINT64_C(1) << VF_LANES) - 1);
+        if (end - k < VF_LANES) {
+            bits &= (UINT32_C(1) << (end - k)) - 1;
+        }
+        found += pack(to + found, particle, bits);
+    }
+    return found;
+}
+
+/* Candidates of the particle in cell c: those in the cells around. */
+INLINE int64_t collect(const struct gbg_search *search, const int c[3], int32_t *to)
+{
+    const int *cells = search->cells, *around = search->around;
+    int64_t found = 0;
+    int low[3], count[3];
+    for (int a = 0; a < 3; a++) {
+        int all = a >= search->box.dimension || 2 * around[a] + 1 >= cells[a];
+        count[a] = all ? cells[a] : 2 * around[a] + 1;
+        low[a] = all ? 0 : c[a] - around[a];
+    }
+    for (int k = 0; k < count[2]; k++) {
+        int z = low[2] + k, over = z >= cells[2];
+        z += z < 0 ? cells[2] : over ? -cells[2] : 0;
+        for (int l = 0; l < count[1]; l++) {
+            int y = low[1] + l;
+            y += y < 0 ? cells[1] : y >= cells[1] ? -cells[1] : 0;
+            const int32_t *row = search->first + ((int64_t)z * cells[1] + y) * cells[0];
+            int begin = low[0], end = low[0] + count[0];
+            if (begin < 0) {
+                found += occupants(row, begin + cells[0], cells[0], to + found);
+                begin = 0;
+            }
+            if (end > cells[0]) {
+                found += occupants(row, 0, end - cells[0], to + found);
+                end = cells[0];
+            }
+            found += occupants(row, begin, end, to + found);
+        }
+    }
+    return found;
+}
+
+INLINE void scan_cells(struct gbg_device *device, struct gbg_search *search, int number,
+                       int64_t begin, int64_t end, const int dimension)
+{
+    struct gbg_search_thread *thread = &search->thread[number];
+    int64_t most = VF_LANES;
+    for (int a = 0; a < dimension; a++) {
+        int wide = 2 * search->around[a] + 1;
+        most *= wide < search->cells[a] ? wide : search->cells[a];
+    }
+    most = most < search->n + VF_LANES ? most : search->n + VF_LANES;
+    thread->status = gbg_search_room(device, thread, dimension, most);
+    for (int64_t cell = begin; cell < end && thread->status == GBG_OK; cell++) {
+        int32_t self = search->first[cell];
+        if (self < 0) {
+            continue;
+        }
+        int64_t row = cell / search->cells[0];
+        int c[3] = {(int)(cell - row * search->cells[0]), (int)(row % search->cells[1]),
+                    dimension == 3 ? (int)(row / search->cells[1]) : 0};
+        int64_t count = collect(search, c, thread->candidate), kept = 0;
+        for (int64_t k = 0; k < count; k++) { /* without itself */
+            thread->other[kept] = thread->candidate[k];
+            kept += thread->candidate[k] != self;
+        }
+        int64_t n = sift(search, thread->other, kept, self, self, NULL, thread->row, dimension);
+        thread->looked += kept;
+        append(device, &search->out, &thread->out, thread, number, self, n);
+    }
+}
+
+static void scan_occupied(struct gbg_device *device, struct gbg_search *search, int thread,
+                          int64_t begin, int64_t end)
+{
+    if (search->box.dimension == 2) {
+        scan_cells(device, search, thread, begin, end, 2);
+    } else {
+        scan_cells(device, search, thread, begin, end, 3);
+    }
+}
+
+static void copy(int32_t *to, const int32_t *from, int64_t n, int base)
+{
+    vi more = vi_set(base);
+    for (int64_t k = 0; k < n; k += VF_LANES) {
+        vi_store(to + k, vi_add(vi_load(from + k), more));
+    }
+}
+
+const struct gbg_search_kernels GBG_ISA_NAME(gbg_search_kernels) = {
+    .encode = encode,
+    .keys = keys,
+    .scan = scan,
+    .scan_occupied = scan_occupied,
+    .filter = filter,
+    .copy = copy,
+};

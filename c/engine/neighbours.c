@@ -1,0 +1,164 @@
+/* L2: neighbour search on a caller's arrays: its state, and which method is taken. */
+#include "engine/neighbours.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "core/context.h"
+#include "core/memory.h"
+
+enum { BLOCK = 4096 };
+
+int gbg_neighbours_make(struct gbg_context *context, int dimension, const double *lengths,
+                        struct gbg_neighbours **neighbours)
+{
+    struct gbg_neighbours *made;
+    int status = gbg_allocate_zero(context, (void **)&made, 1, sizeof *made, "neighbour search");
+    if (status != GBG_OK) {
+        return status;
+    }
+    made->context = context;
+    made->box = gbg_box_make(dimension, lengths, NULL);
+    made->backend = gbg_backend_find(context->backend);
+    status = made->backend->create(context, &made->device);
+    if (status == GBG_OK) {
+        made->kernels = made->backend->kernels(made->device);
+        status = made->kernels->search_create
+                     ? made->kernels->search_create(made->device, &made->box, &made->search)
+                     : gbg_fail(context, GBG_E_UNBUILT,
+                                "gbg_neighbours_create: the backend %s has no neighbour search",
+                                context->backend);
+    }
+    if (status != GBG_OK) {
+        gbg_neighbours_free(made);
+        return status;
+    }
+    *neighbours = made;
+    return GBG_OK;
+}
+
+void gbg_neighbours_free(struct gbg_neighbours *neighbours)
+{
+    if (!neighbours) {
+        return;
+    }
+    if (neighbours->search) {
+        neighbours->kernels->search_destroy(neighbours->device, neighbours->search);
+    }
+    if (neighbours->device) {
+        neighbours->backend->destroy(neighbours->device);
+    }
+    gbg_release(neighbours);
+}
+
+/* Cell edge in radii for auto. */
+static double best_edge(const struct gbg_neighbours *neighbours, int64_t n, double reach)
+{
+    (void)neighbours;
+    (void)n;
+    (void)reach;
+    return 1.0;
+}
+
+static struct gbg_search_plan choose(const struct gbg_neighbours *neighbours, int64_t n)
+{
+    double reach = neighbours->radius + neighbours->skin;
+    struct gbg_search_plan plan = {GBG_SEARCH_GRID, neighbours->radius, neighbours->skin, 0.0};
+    switch (neighbours->method) {
+    case GBG_NEIGHBOURS_BRUTE:
+        plan.method = GBG_SEARCH_BRUTE;
+        break;
+    case GBG_NEIGHBOURS_GRID:
+        plan.edge = neighbours->number * reach;
+        break;
+    case GBG_NEIGHBOURS_OCTANT:
+        plan.method = GBG_SEARCH_OCTANT;
+        plan.edge = neighbours->number * reach;
+        break;
+    case GBG_NEIGHBOURS_OCCUPANCY:
+        plan.method = GBG_SEARCH_OCCUPANCY;
+        plan.edge = neighbours->number / sqrt((double)neighbours->box.dimension);
+        break;
+    default:
+        plan.edge = best_edge(neighbours, n, reach) * reach;
+    }
+    return plan;
+}
+
+int gbg_neighbours_find(struct gbg_neighbours *neighbours, const struct gbg_points *points)
+{
+    const struct gbg_pair *crowded = &neighbours->report.crowded;
+    neighbours->filled = 0;
+    neighbours->n = points->n;
+    neighbours->plan = choose(neighbours, points->n);
+    int status = neighbours->kernels->search_update(neighbours->device, neighbours->search,
+                                                    &neighbours->plan, points, &neighbours->report);
+    if (status != GBG_OK) {
+        return status;
+    }
+    if (crowded->first >= 0) {
+        return gbg_fail(neighbours->context, GBG_E_OVERLAP,
+                        "gbg_neighbours_update: particles %lld and %lld (from 0) are %.17g apart, "
+                        "and the method occupancy:%g is for distances from %g: take grid or auto",
+                        (long long)crowded->first, (long long)crowded->second, crowded->distance,
+                        neighbours->number, neighbours->number);
+    }
+    neighbours->filled = 1;
+    neighbours->updates++;
+    neighbours->searches += neighbours->report.searched;
+    return GBG_OK;
+}
+
+int gbg_neighbours_each(struct gbg_neighbours *neighbours, int base,
+                        void (*batch)(void *user, int64_t n, const int32_t *first,
+                                      const int32_t *second, const double *separation),
+                        void *user)
+{
+    struct gbg_search_block block = {.capacity = BLOCK};
+    void *memory;
+    int dimension = neighbours->box.dimension;
+    int status = gbg_allocate(neighbours->context, &memory, BLOCK, 8 + 8 * (size_t)dimension,
+                              "pairs of a batch");
+    if (status != GBG_OK) {
+        return status;
+    }
+    block.separation = memory;
+    block.first = (int32_t *)(block.separation + BLOCK * dimension);
+    block.second = block.first + BLOCK;
+    do {
+        status = neighbours->kernels->search_block(neighbours->device, neighbours->search, &block);
+        for (int64_t k = 0; k < block.count; k++) {
+            block.first[k] += base;
+            block.second[k] += base;
+        }
+        if (status == GBG_OK && block.count > 0) {
+            batch(user, block.count, block.first, block.second, block.separation);
+        }
+    } while (status == GBG_OK && block.count > 0);
+    gbg_release(memory);
+    return status;
+}
+
+void gbg_neighbours_text(const struct gbg_neighbours *neighbours, size_t capacity, char *text)
+{
+    static const char *const names[GBG_SEARCH_METHODS] = {"brute", "grid", "octant", "occupancy"};
+    const struct gbg_search_plan *plan = &neighbours->plan;
+    if (plan->method == GBG_SEARCH_BRUTE) {
+        snprintf(text, capacity, "brute");
+        return;
+    }
+    double edge = INFINITY;
+    char cells[80] = "";
+    for (int a = 0, at = 0; a < neighbours->box.dimension; a++) {
+        int64_t count = neighbours->report.cells[a];
+        edge = fmin(edge, neighbours->box.length[a] / (double)count);
+        at += snprintf(cells + at, sizeof cells - (size_t)at, "%s%lld", a ? "x" : "",
+                       (long long)count);
+    }
+    int at = snprintf(text, capacity, "%s, %s cells of %.3g radius", names[plan->method], cells,
+                      edge / plan->radius);
+    if (plan->skin > 0.0 && at > 0 && (size_t)at < capacity) {
+        snprintf(text + at, capacity - (size_t)at, ", list with skin %g (%s)", plan->skin,
+                 neighbours->report.searched ? "made" : "kept");
+    }
+}
