@@ -19,14 +19,14 @@ struct named_method {
     double number, least, most;
 };
 static const struct named_method methods[] = {
-    {"auto", GBG_NEIGHBOURS_AUTO, 1, 0.0, 0.0, 0.0},
-    {"verlet", GBG_NEIGHBOURS_AUTO, 1, 0.0, 0.0, 0.0},
-    {"brute", GBG_NEIGHBOURS_BRUTE, 0, 0.0, 0.0, 0.0},
-    {"grid", GBG_NEIGHBOURS_GRID, 0, 1.0, 0.5, EDGE_MOST},
-    {"grid2", GBG_NEIGHBOURS_GRID, 0, 2.0, 0.0, 0.0},
-    {"half", GBG_NEIGHBOURS_GRID, 0, 0.5, 0.0, 0.0},
-    {"octant", GBG_NEIGHBOURS_OCTANT, 0, 2.0, 2.0, EDGE_MOST},
-    {"occupancy", GBG_NEIGHBOURS_OCCUPANCY, 0, 0.0, LENGTH_LEAST, LENGTH_MOST},
+    {"auto", GBG_FIND_AUTO, 1, 0.0, 0.0, 0.0},
+    {"verlet", GBG_FIND_AUTO, 1, 0.0, 0.0, 0.0},
+    {"brute", GBG_FIND_BRUTE, 0, 0.0, 0.0, 0.0},
+    {"grid", GBG_FIND_GRID, 0, 1.0, 0.5, EDGE_MOST},
+    {"grid2", GBG_FIND_GRID, 0, 2.0, 0.0, 0.0},
+    {"half", GBG_FIND_GRID, 0, 0.5, 0.0, 0.0},
+    {"octant", GBG_FIND_OCTANT, 0, 2.0, 2.0, EDGE_MOST},
+    {"occupancy", GBG_FIND_OCCUPANCY, 0, 0.0, LENGTH_LEAST, LENGTH_MOST},
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
@@ -58,7 +58,7 @@ static int find_method(struct gbg_context *context, const char *text,
         const char *digits = end + 1;
         *number = strtod(digits, &end);
         end = end == digits ? (char *)text : end;
-    } else if (methods[k].method == GBG_NEIGHBOURS_OCCUPANCY) {
+    } else if (methods[k].method == GBG_FIND_OCCUPANCY) {
         end = (char *)text; /* its number has no default */
     }
     if (*end ||

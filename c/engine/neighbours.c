@@ -65,17 +65,17 @@ static struct gbg_search_plan choose(const struct gbg_neighbours *neighbours, in
     double reach = neighbours->radius + neighbours->skin;
     struct gbg_search_plan plan = {GBG_SEARCH_GRID, neighbours->radius, neighbours->skin, 0.0};
     switch (neighbours->method) {
-    case GBG_NEIGHBOURS_BRUTE:
+    case GBG_FIND_BRUTE:
         plan.method = GBG_SEARCH_BRUTE;
         break;
-    case GBG_NEIGHBOURS_GRID:
+    case GBG_FIND_GRID:
         plan.edge = neighbours->number * reach;
         break;
-    case GBG_NEIGHBOURS_OCTANT:
+    case GBG_FIND_OCTANT:
         plan.method = GBG_SEARCH_OCTANT;
         plan.edge = neighbours->number * reach;
         break;
-    case GBG_NEIGHBOURS_OCCUPANCY:
+    case GBG_FIND_OCCUPANCY:
         plan.method = GBG_SEARCH_OCCUPANCY;
         plan.edge = neighbours->number / sqrt((double)neighbours->box.dimension);
         break;

@@ -7,12 +7,12 @@
 
 struct gbg_context;
 
-enum gbg_neighbours_method {
-    GBG_NEIGHBOURS_AUTO,
-    GBG_NEIGHBOURS_BRUTE,
-    GBG_NEIGHBOURS_GRID,
-    GBG_NEIGHBOURS_OCTANT,
-    GBG_NEIGHBOURS_OCCUPANCY
+enum gbg_find_method {
+    GBG_FIND_AUTO,
+    GBG_FIND_BRUTE,
+    GBG_FIND_GRID,
+    GBG_FIND_OCTANT,
+    GBG_FIND_OCCUPANCY
 };
 
 struct gbg_neighbours {
@@ -21,7 +21,7 @@ struct gbg_neighbours {
     const struct gbg_kernels *kernels;
     struct gbg_device *device;
     struct gbg_box box;
-    int method;    /* enum gbg_neighbours_method */
+    int method;    /* enum gbg_find_method */
     double number; /* of the method: cell edge in radii; least distance for occupancy */
     double radius, skin;
     struct gbg_search *search;

@@ -21,7 +21,7 @@ enum gbg_rule {
     GBG_RULE_CONTACT,
     GBG_RULE_CARTER
 };
-enum gbg_neighbours { GBG_NEIGHBOURS_AUTO, GBG_NEIGHBOURS_GRID, GBG_NEIGHBOURS_DELAUNAY };
+enum gbg_neighbour_choice { GBG_NEIGHBOURS_AUTO, GBG_NEIGHBOURS_GRID, GBG_NEIGHBOURS_DELAUNAY };
 enum gbg_dynamics { GBG_DYNAMICS_NONE, GBG_DYNAMICS_BROWNIAN };
 enum gbg_limit_by { GBG_LIMIT_NONE, GBG_LIMIT_CLAMP, GBG_LIMIT_REDRAW };
 enum gbg_precision { GBG_PRECISION_AUTO, GBG_PRECISION_MIXED, GBG_PRECISION_DOUBLE };
@@ -85,7 +85,7 @@ struct gbg_scene {
     struct gbg_particles arrays; /* from gbg_scene_add_particles, or the file, as they were added */
 
     int rule;           /* enum gbg_rule: excluded volume; NONE when the scene has none */
-    int neighbours;     /* enum gbg_neighbours */
+    int neighbours;     /* enum gbg_neighbour_choice */
     int64_t max_rounds; /* of contact corrections in a step */
     double reverted;    /* largest share of particle-steps that may be put back */
 

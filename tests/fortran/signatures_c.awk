@@ -5,7 +5,7 @@ function class_of(type) {
     if (type ~ /\*.*\*/) return "address*"
     if (type ~ /char/) return "text*"
     if (type ~ /(struct|void) .*\*/) return "handle*"
-    if (type ~ /gbg_log_sink/) return "fun"
+    if (type ~ /gbg_log_sink|gbg_neighbours_batch/) return "fun"
     kind = type ~ /double/ ? "r8" : type ~ /int64_t/ ? "i8" : type ~ /ptrdiff_t/ ? "size" : "i4"
     return type ~ /\*/ ? kind "*" : kind
 }
