@@ -73,7 +73,7 @@ void gbg_picture_lay_out(const struct gbg_picture *picture, double width, struct
 {
     memset(layout, 0, sizeof *layout);
     layout->width = width;
-    layout->font = fmin(fmax(width / 58, 9), 60);
+    layout->font = fmin(fmax(width / 58, fmax(9, fmin(width / 40, 16))), 60);
     layout->gap = layout->font * 0.6;
     double margin = 1.6 * layout->font, room = width - 2 * margin;
     cut_into_panels(picture, layout);

@@ -130,14 +130,38 @@ static void put_axis(FILE *script, const char *axis, const char *label, int is_l
     }
 }
 
+/* The first column from end to end, with a little room beside it; one value alone has room too. */
+static void put_range(FILE *script, const struct plot *plot)
+{
+    double low = INFINITY, high = -INFINITY;
+    for (int64_t row = 0; row < plot->table->rows; row++) {
+        double x = cell(plot->table, row, 0);
+        if (can_show(plot, x, 1)) {
+            low = fmin(low, x);
+            high = fmax(high, x);
+        }
+    }
+    if (plot->log_x) {
+        double room = high > low ? pow(high / low, 0.03) : 2;
+        low /= room;
+        high *= room;
+    } else {
+        double room = high > low ? 0.03 * (high - low) : 1;
+        low -= room;
+        high += room;
+    }
+    fprintf(script, "set xrange [%.9g:%.9g]\n", low, high);
+}
+
 static void put_head(FILE *script, const struct plot *plot)
 {
     fputs("set title ", script);
     gbg_gnuplot_quote(script, plot->title);
-    fputs(" noenhanced\nset key outside right top noenhanced\nset offsets graph 0.02, graph 0.02, "
-          "graph 0.04, 0\n",
+    fputs(" noenhanced\nset key outside right top noenhanced\nset offsets 0, 0, graph 0.04, "
+          "0\n",
           script);
     put_axis(script, "x", plot->table->name[0], plot->log_x);
+    put_range(script, plot);
     put_axis(script, "y", plot->ylabel, plot->log_y);
     if (!plot->log_y) {
         fputs("set yrange [*<0:*]\n", script);
