@@ -10,14 +10,18 @@
 struct setting {
     const char *what;
     double packing, dt, alpha[2], mobility[2];
-    int n_species, cores;
+    int n_species;
+    const char *rule; /* NULL: no hard cores */
 };
 
 static const struct setting settings[] = {
-    {"S10, hard cores certified", 0.52, 0.001, {1, 0}, {1, 0}, 1, 1},
-    {"S10, no hard cores", 0.52, 0.001, {1, 0}, {1, 0}, 1, 0},
-    {"C3 short, hard cores", 0.79, 0.01, {-1, 1}, {1, -2}, 2, 1},
-    {"C4 short, hard cores", 0.0873, 0.01, {1, -1}, {1, -4}, 2, 1},
+    {"S10, hard cores certified", 0.52, 0.001, {1, 0}, {1, 0}, 1, "bounce"},
+    {"S10, no hard cores", 0.52, 0.001, {1, 0}, {1, 0}, 1, NULL},
+    {"C3 short, hard cores", 0.79, 0.01, {-1, 1}, {1, -2}, 2, "bounce"},
+    {"C4 short, hard cores", 0.0873, 0.01, {1, -1}, {1, -4}, 2, "bounce"},
+    {"S10, rule bridge", 0.52, 0.001, {1, 0}, {1, 0}, 1, "bridge"},
+    {"C3 short, rule bridge", 0.79, 0.01, {-1, 1}, {1, -2}, 2, "bridge"},
+    {"C4 short, rule bridge", 0.0873, 0.01, {1, -1}, {1, -4}, 2, "bridge"},
 };
 enum { SETTINGS = sizeof settings / sizeof *settings, WARM_UP = 300, STEPS = 50 };
 
@@ -36,8 +40,8 @@ static int make(struct gbg_context *context, const struct setting *setting, int6
     status = status ? status : gbg_scene_set_text(scene, "particles.start.lattice", "triangular");
     status = status ? status : gbg_scene_set_real(scene, "particles.start.jitter", 0.5);
     status = status ? status : gbg_scene_add_force(scene, 6.0, "cutoff", 2.5, 0.0);
-    if (setting->cores && status == GBG_OK) {
-        status = gbg_scene_set_text(scene, "excluded_volume.rule", "bounce");
+    if (setting->rule && status == GBG_OK) {
+        status = gbg_scene_set_text(scene, "excluded_volume.rule", setting->rule);
     }
     status = status ? status : gbg_scene_set_real(scene, "dynamics.dt", setting->dt);
     status = status ? status : gbg_scene_set_real(scene, "dynamics.temperature", 0.01);
@@ -82,7 +86,7 @@ static int measure(struct gbg_bench *bench, const struct setting *setting, int64
     status = status ? status
                     : gbg_engine_force_error(engine, 1000, &result.error_rms, &result.error_median);
     status = status ? status : gbg_bench_time(evaluate, engine, &result.seconds);
-    if (status == GBG_OK && setting->cores) {
+    if (status == GBG_OK && setting->rule) {
         status = check_cores(bench->context, engine, n);
     }
     gbg_engine_destroy(&engine);

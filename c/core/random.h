@@ -6,9 +6,11 @@
 
 /* Streams: the top 8 bits of the last counter word, so that uses never share a number. */
 enum gbg_stream {
-    GBG_STREAM_NOISE = 0,   /* one call a particle and step; redraws follow in 1..15 */
-    GBG_STREAM_START = 16,  /* start configurations */
-    GBG_STREAM_CONTACT = 17 /* directions of coincident pairs */
+    GBG_STREAM_NOISE = 0,    /* one call a particle and step; redraws follow in 1..15 */
+    GBG_STREAM_START = 16,   /* start configurations */
+    GBG_STREAM_CONTACT = 17, /* directions of coincident pairs */
+    GBG_STREAM_BRIDGE = 18,  /* one call a pair and step, rule bridge */
+    GBG_STREAM_PAIR = 19     /* folds a pair of ids that do not fit in 32 bits */
 };
 
 struct gbg_philox {
@@ -34,6 +36,23 @@ static inline struct gbg_philox gbg_philox(struct gbg_philox c, uint32_t key0, u
         key0 += 0x9E3779B9u;
         key1 += 0xBB67AE85u;
     }
+    return c;
+}
+
+/* Counter of a pair of ids min < max below 2^56 in a step: plain for ids below 2^32 and steps below
+ * 2^56; larger ids are first folded to 56 bits under the same key. */
+static inline struct gbg_philox gbg_philox_pair(uint64_t step, uint64_t min, uint64_t max,
+                                                uint32_t stream, uint32_t key0, uint32_t key1)
+{
+    uint32_t first = (uint32_t)min, second = (uint32_t)max;
+    if (max >> 32) {
+        struct gbg_philox folded =
+            gbg_philox(gbg_philox_counter(min, max, GBG_STREAM_PAIR), key0, key1);
+        first = folded.word[0];
+        second = folded.word[1];
+    }
+    struct gbg_philox c = {
+        {(uint32_t)step, first, second, ((uint32_t)(step >> 32) & 0xFFFFFFu) | stream << 24}};
     return c;
 }
 

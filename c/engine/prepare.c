@@ -31,6 +31,7 @@ static int prepare_step(struct gbg_engine *engine, struct gbg_plan_step *step)
         status = status ? status : tidied(engine, engine->pairs);
         step->bytes += list_bytes(engine, engine->pairs);
     } else if (step->run == gbg_step_contacts) {
+        const struct gbg_noise still = {0};
         struct gbg_contacts none = {.parting = GBG_PARTING_BOUNCE, .tolerance = 1e-9, .cap = 0.25};
         status = kernels->list_update(engine->device, &engine->state, engine->contacts, 0.0);
         status = status ? status : tidied(engine, engine->contacts);
@@ -40,6 +41,13 @@ static int prepare_step(struct gbg_engine *engine, struct gbg_plan_step *step)
         if (status == GBG_OK) { /* for its memory: there is no step yet to certify */
             struct gbg_certificate ignored = {.tolerance = 1e-9};
             status = kernels->certify(engine->device, &engine->state, engine->contacts, &ignored);
+        }
+        if (status == GBG_OK && engine->scene.rule == GBG_RULE_BRIDGE) {
+            none.noise = &still; /* the start is made that of a step: nobody has moved */
+            status = kernels->keep(engine->device, &engine->state);
+            status = status
+                         ? status
+                         : kernels->bridge(engine->device, &engine->state, engine->contacts, &none);
         }
         step->bytes += list_bytes(engine, engine->contacts);
     }

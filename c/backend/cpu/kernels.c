@@ -33,6 +33,7 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .keep = gbg_keep,
             .put_back = gbg_put_back,
             .contacts = gbg_contacts,
+            .bridge = GBG_ISA_NAME(gbg_cpu_bridge),
             .overlaps = gbg_overlaps,
             .certify = gbg_certify,
             .roll_back = gbg_roll_back,

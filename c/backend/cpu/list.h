@@ -51,7 +51,8 @@ struct gbg_list {
     int n_chunks;
     struct gbg_chunk *chunk;
     struct gbg_grid grid;
-    unsigned char *look; /* contact rounds: 1 = to be looked at in the next round */
+    int64_t bridge_found, bridge_most; /* rule bridge: pairs of a chunk and of a block so far */
+    unsigned char *look;               /* contact rounds: 1 = to be looked at in the next round */
     int64_t builds;
     uint64_t epoch; /* of the state when the list was built */
 };

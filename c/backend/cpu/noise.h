@@ -52,8 +52,8 @@ static inline void gbg_philox_lanes(vi c[4], uint32_t key0, uint32_t key1)
     }
 }
 
-/* sqrt(-2 ln u). */
-static inline vf gbg_noise_radius(vi word)
+/* -2 ln u. */
+static inline vf gbg_noise_exponential(vi word)
 {
     vi v = vi_shr(word, 1);
     vf f = vf_add(vf_from_vi(v), vf_set(0.5f)); /* u 2^31 */
@@ -76,7 +76,12 @@ static inline vf gbg_noise_radius(vi word)
     q = vf_fma(q, s, vf_set(-0x1.fffffap-2f));
     vf log = vf_fma(vf_mul(s, s), q, s);
     log = vf_fma(vf_from_vi(k), vf_set(0x1.62e430p-1f), log);
-    return vf_sqrt(vf_mul(log, vf_set(-2.0f)));
+    return vf_mul(log, vf_set(-2.0f));
+}
+
+static inline vf gbg_noise_radius(vi word)
+{
+    return vf_sqrt(gbg_noise_exponential(word));
 }
 
 /* Cosine and sine of the angle: the top two bits are the quarter, the others its signed rest. */
