@@ -54,13 +54,13 @@ static double contact_of(const struct gbg_state *state, int64_t i, int64_t j)
     return 0.5 * (state->diameter[s] + state->diameter[t]);
 }
 
-static double distance_of(const struct search *search, int64_t i, int32_t slot)
+static double distance_of(const struct search *search, int64_t i, int64_t j)
 {
     const struct gbg_state *state = search->state;
     double squared = 0.0;
     for (int a = 0; a < state->box.dimension; a++) {
         double d = gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
-                                      search->grid->position[a][slot]);
+                                      gbg_join(state->high[a][j], state->low[a][j]));
         squared += d * d;
     }
     return sqrt(squared);
@@ -82,7 +82,7 @@ static int64_t overlaps_of(const struct search *search, int32_t i, int64_t room,
             if (j <= i || contact == 0.0) {
                 continue;
             }
-            double distance = distance_of(search, i, slot);
+            double distance = distance_of(search, i, j);
             if (distance >= contact * (1.0 - search->tolerance)) {
                 continue;
             }

@@ -13,12 +13,29 @@ struct gbg_search_kernels;
 typedef int64_t (*gbg_cpu_screen)(const struct gbg_list *list, int64_t slice, const int32_t *index,
                                   float squared_limit, int32_t *found);
 
+/* Particles within the limit of i, of those in the runs of slots, in their order; returns their
+ * number. found has room for all and a vector more. */
+struct gbg_near;
+struct gbg_run;
+typedef int64_t (*gbg_cpu_find)(const struct gbg_near *near, int64_t i, const struct gbg_run *runs,
+                                int n_runs, int32_t *found);
+/* Writes index in ascending order of the (distinct) keys into every GBG_SLICE-th element of row;
+ * key has room for a vector more. Time grows as the square of the count. */
+typedef void (*gbg_cpu_lay_row)(const int32_t *index, int32_t *key, int64_t count, int32_t *row);
+/* Local coordinates of particles first .. end-1 (first a multiple of every vector); returns the
+ * largest squared displacement since the list was built. */
+typedef float (*gbg_cpu_follow)(const struct gbg_state *state, struct gbg_list *list, int64_t first,
+                                int64_t end);
+
 /* The kernels of one instruction set (c/backend/cpu/kernels.c, compiled once for each). */
 struct gbg_cpu_variant {
     const char *name;
     struct gbg_kernels kernels;
     gbg_cpu_screen screen;
     const struct gbg_search_kernels *search;
+    gbg_cpu_find find;
+    gbg_cpu_lay_row lay_row;
+    gbg_cpu_follow follow;
     gbg_cpu_certify_moves certify_moves;
     gbg_cpu_certify_screen certify_screen;
 };

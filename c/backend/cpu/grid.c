@@ -55,9 +55,9 @@ static int reserve(struct gbg_context *context, struct gbg_grid *grid)
                                   "cells of particles");
         }
         for (int a = 0; status == GBG_OK && a < grid->dimension; a++) {
-            gbg_release(grid->position[a]);
-            status = gbg_allocate(context, (void **)&grid->position[a], grid->n,
-                                  sizeof *grid->position[a], "sorted positions");
+            gbg_release(grid->high[a]);
+            status = gbg_allocate(context, (void **)&grid->high[a], grid->n, sizeof *grid->high[a],
+                                  "sorted positions");
         }
         grid->particle_capacity = status == GBG_OK ? grid->n : 0;
     }
@@ -70,9 +70,79 @@ static inline int32_t cell_index(uint32_t high, int cells)
     return (int32_t)((uint64_t)high * (uint64_t)cells >> 32);
 }
 
+/* Cells are shared out to workers in equal ranges. Everybody reads all cells of particles and works
+ * on those of his range: the order inside a cell is that of the indices whatever the threads. */
+enum { WORKERS_MAX = 64, GRAIN = 8192 };
+
+struct sorting {
+    struct gbg_grid *grid;
+    uint32_t *const *high;
+    int workers;
+    int64_t before[WORKERS_MAX + 1]; /* particles in the ranges before a worker's */
+};
+
+static int64_t range_begin(const struct sorting *sorting, int worker)
+{
+    return sorting->grid->n_cells * worker / sorting->workers;
+}
+
+static void find_cells(const struct sorting *sorting, int worker)
+{
+    struct gbg_grid *grid = sorting->grid;
+    const uint32_t *x = sorting->high[0], *y = sorting->high[1];
+    const uint32_t *z = grid->dimension == 3 ? sorting->high[2] : NULL;
+    int64_t end = grid->n * (worker + 1) / sorting->workers;
+    for (int64_t i = grid->n * worker / sorting->workers; i < end; i++) {
+        int32_t cell = z ? cell_index(z[i], grid->cells[2]) * grid->cells[1] : 0;
+        cell = (cell + cell_index(y[i], grid->cells[1])) * grid->cells[0];
+        grid->cell_of[i] = cell + cell_index(x[i], grid->cells[0]);
+    }
+}
+
+/* Particles of each cell of the worker's range into first[cell + 1]; returns their sum. */
+static int64_t count_range(const struct sorting *sorting, int worker)
+{
+    struct gbg_grid *grid = sorting->grid;
+    int64_t begin = range_begin(sorting, worker), end = range_begin(sorting, worker + 1), sum = 0;
+    memset(grid->first + begin + 1, 0, (size_t)(end - begin) * sizeof *grid->first);
+    for (int64_t i = 0; i < grid->n; i++) {
+        int64_t cell = grid->cell_of[i];
+        if (cell >= begin && cell < end) {
+            grid->first[cell + 1]++;
+            sum++;
+        }
+    }
+    return sum;
+}
+
+/* Turns the counts into starts, and each start, as its cell fills, into the start of the next. */
+static void fill_range(const struct sorting *sorting, int worker)
+{
+    struct gbg_grid *grid = sorting->grid;
+    int64_t begin = range_begin(sorting, worker), end = range_begin(sorting, worker + 1);
+    int32_t start = (int32_t)sorting->before[worker];
+    for (int64_t cell = begin; cell < end; cell++) {
+        int32_t count = grid->first[cell + 1];
+        grid->first[cell + 1] = start;
+        start += count;
+    }
+    for (int64_t i = 0; i < grid->n; i++) {
+        int64_t cell = grid->cell_of[i];
+        if (cell < begin || cell >= end) {
+            continue;
+        }
+        int32_t slot = grid->first[cell + 1]++;
+        grid->particle[slot] = (int32_t)i;
+        for (int a = 0; a < grid->dimension; a++) {
+            grid->high[a][slot] = sorting->high[a][i];
+        }
+    }
+}
+
 int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const struct gbg_box *box,
                    double radius, int64_t n, uint32_t *const *high, uint32_t *const *low)
 {
+    (void)low;
     grid->dimension = box->dimension;
     grid->n = n;
     choose_cells(grid, box, radius);
@@ -80,28 +150,30 @@ int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const str
     if (status != GBG_OK) {
         return status;
     }
-    memset(grid->first, 0, (size_t)(grid->n_cells + 1) * sizeof *grid->first);
-    for (int64_t i = 0; i < n; i++) {
-        int32_t cell = 0;
-        for (int a = grid->dimension - 1; a >= 0; a--) {
-            cell = cell * grid->cells[a] + cell_index(high[a][i], grid->cells[a]);
-        }
-        grid->cell_of[i] = cell;
-        grid->first[cell + 1]++;
-    }
-    for (int64_t c = 0; c < grid->n_cells; c++) {
-        grid->first[c + 1] += grid->first[c];
-    }
-    for (int64_t i = 0; i < n; i++) {
-        int32_t slot = grid->first[grid->cell_of[i]]++;
-        grid->particle[slot] = (int32_t)i;
-        for (int a = 0; a < grid->dimension; a++) {
-            grid->position[a][slot] = gbg_join(high[a][i], low[a][i]);
-        }
-    }
-    /* filling advanced every start to its end: shift back */
-    memmove(grid->first + 1, grid->first, (size_t)grid->n_cells * sizeof *grid->first);
+    int64_t most = n / GRAIN + 1;
+    most = most < WORKERS_MAX ? most : WORKERS_MAX;
+    struct sorting sorting = {.grid = grid, .high = high};
+    sorting.workers = context->threads < most ? context->threads : (int)most;
     grid->first[0] = 0;
+#pragma omp parallel num_threads(sorting.workers)
+    {
+#pragma omp for schedule(static, 1)
+        for (int w = 0; w < sorting.workers; w++) {
+            find_cells(&sorting, w);
+        }
+#pragma omp for schedule(static, 1)
+        for (int w = 0; w < sorting.workers; w++) {
+            sorting.before[w + 1] = count_range(&sorting, w);
+        }
+#pragma omp single
+        for (int w = 0; w < sorting.workers; w++) {
+            sorting.before[w + 1] += sorting.before[w];
+        }
+#pragma omp for schedule(static, 1)
+        for (int w = 0; w < sorting.workers; w++) {
+            fill_range(&sorting, w);
+        }
+    }
     return GBG_OK;
 }
 
@@ -111,7 +183,7 @@ void gbg_grid_release(struct gbg_grid *grid)
     gbg_release(grid->particle);
     gbg_release(grid->cell_of);
     for (int a = 0; a < 3; a++) {
-        gbg_release(grid->position[a]);
+        gbg_release(grid->high[a]);
     }
     memset(grid, 0, sizeof *grid);
 }

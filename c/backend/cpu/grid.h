@@ -14,10 +14,10 @@ struct gbg_grid {
     int dimension;
     int cells[3];
     int64_t n, n_cells, cell_capacity, particle_capacity;
-    int32_t *first;        /* n_cells + 1: where a cell begins */
-    int32_t *particle;     /* n: indices, sorted by cell */
-    uint64_t *position[3]; /* n: fractions in the same order */
-    int32_t *cell_of;      /* n: cell of each particle, in the original order */
+    int32_t *first;    /* n_cells + 1: where a cell begins */
+    int32_t *particle; /* n: indices, sorted by cell */
+    uint32_t *high[3]; /* n: high words of the coordinates in the same order */
+    int32_t *cell_of;  /* n: cell of each particle, in the original order */
 };
 
 /* A run of sorted slots. */
@@ -26,7 +26,8 @@ struct gbg_run {
 };
 enum { GBG_RUNS_MAX = 18 };
 
-/* Sorts n particles into cells of edge >= radius; may be called again on the same grid. */
+/* Sorts n particles into cells of edge >= radius, by the high words of their coordinates; may be
+ * called again on the same grid. */
 int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const struct gbg_box *box,
                    double radius, int64_t n, uint32_t *const *high, uint32_t *const *low);
 void gbg_grid_release(struct gbg_grid *grid);

@@ -15,12 +15,23 @@ struct gbg_row {
     int64_t count, capacity;
 };
 
+/* What a search for neighbours reads: particles in cells, and lengths in units of the radius. */
+struct gbg_near {
+    const struct gbg_grid *grid;
+    int dimension;
+    const uint32_t *high[3]; /* coordinates in the order of indices */
+    float unit[3];           /* length of a unit of the high word */
+    float limit;             /* squared, with room for rounding */
+};
+
 /* A range of slices that one thread works on, with its own memory. */
 struct gbg_chunk {
     int64_t first_slice, end_slice;
     struct gbg_row row[GBG_SLICE];
     int32_t *index; /* neighbour k of lane l of a slice: index[offset + k GBG_SLICE + l] */
     int64_t used, capacity;
+    int32_t *key; /* of the row that is sorted */
+    int64_t key_capacity;
     /* contact rounds: particles to look at, particles to move, and by how many quanta */
     int32_t *look, *move;
     int64_t *push[3];
@@ -43,11 +54,11 @@ struct gbg_list {
     double unit[3]; /* length of a unit of a local coordinate */
     float scale[3]; /* the same */
     int64_t n, slices;
-    uint32_t *local[3]; /* present */
-    uint32_t *built[3]; /* when the list was built */
+    uint32_t *local[3];      /* present */
+    uint32_t *built[3];      /* when the list was built */
     uint32_t *built_high[3]; /* high words then, for the certificate: no period but the box */
-    int64_t *offset;    /* slices: into the chunk's index */
-    int32_t *width;     /* slices: longest row */
+    int64_t *offset;         /* slices: into the chunk's index */
+    int32_t *width;          /* slices: longest row */
     int n_chunks;
     struct gbg_chunk *chunk;
     struct gbg_grid grid;
@@ -67,6 +78,10 @@ int gbg_list_create(struct gbg_device *device, const struct gbg_state *state, do
 void gbg_list_destroy(struct gbg_device *device, struct gbg_list *list);
 int gbg_list_update(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                     double moved);
+/* Brings the local coordinates up to date; returns the largest squared displacement since the list
+ * was built, folded into the period of the local coordinates. */
+float gbg_list_follow(struct gbg_device *device, const struct gbg_state *state,
+                      struct gbg_list *list);
 /* Builds at the present positions, whatever the displacements. */
 int gbg_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list);
 int64_t gbg_list_builds(const struct gbg_list *list);

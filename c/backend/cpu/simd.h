@@ -6,6 +6,7 @@
  *   *_set (all lanes) *_load *_store *_add *_sub *_mul *_div *_sqrt *_min *_max
  *   *_fma(a,b,c) = a b + c and *_fnma(a,b,c) = c - a b in one rounding
  *   *_lt *_le *_eq -> mask; *_select(m,a,b) = m ? a : b; *_keep(m,a) = m ? a : 0;
+ *   vi_store_kept(p,m,a): lanes of m one after the other at p, their number; may write a whole vector
  *   vm_bits, vdm_bits: bit k is lane k; vdm_from_bits: the other way, from the lowest bits
  *   vi_shl vi_shr (zeros) vi_sar (sign) vl_shr, vi_shl_by vi_shr_by (counts known at run time);
  *   vi_gather vf_gather (base, element index)

@@ -161,6 +161,16 @@ static inline vi vi_select(vm m, vi a, vi b)
 {
     return _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
 }
+static inline int vi_store_kept(void *p, vm m, vi a)
+{
+    int32_t lane[VF_LANES], *to = p;
+    int count = 0;
+    _mm256_storeu_si256((__m256i *)lane, a);
+    for (uint32_t bits = vm_bits(m); bits; bits &= bits - 1) {
+        to[count++] = lane[__builtin_ctz(bits)];
+    }
+    return count;
+}
 static inline vi vi_gather(const void *base, vi index)
 {
     return _mm256_i32gather_epi32(base, index, 4);

@@ -161,6 +161,12 @@ static inline vi vi_select(vm m, vi a, vi b)
 {
     return _mm512_mask_blend_epi32(m, b, a);
 }
+static inline int vi_store_kept(void *p, vm m, vi a)
+{
+    /* the form that writes to memory is slow on some processors */
+    _mm512_storeu_si512(p, _mm512_maskz_compress_epi32(m, a));
+    return __builtin_popcount(m);
+}
 static inline vi vi_gather(const void *base, vi index)
 {
     return _mm512_i32gather_epi32(index, base, 4);

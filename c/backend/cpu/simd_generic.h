@@ -174,6 +174,16 @@ static inline vi vi_min(vi a, vi b)
 {
     return vi_select(a < b, a, b);
 }
+static inline int vi_store_kept(void *p, vm m, vi a)
+{
+    int32_t *to = p;
+    int count = 0;
+    for (int l = 0; l < VF_LANES; l++) {
+        to[count] = a[l];
+        count += m[l] != 0;
+    }
+    return count;
+}
 static inline vi vi_gather(const void *base, vi index)
 {
     const int32_t *p = base;

@@ -18,6 +18,13 @@ int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_st
                                         const struct gbg_list *list, double power, double cutoff,
                                         int add);
 struct gbg_list;
+struct gbg_near;
+struct gbg_run;
+int64_t GBG_ISA_NAME(gbg_cpu_find)(const struct gbg_near *near, int64_t i,
+                                   const struct gbg_run *runs, int n_runs, int32_t *found);
+void GBG_ISA_NAME(gbg_cpu_lay_row)(const int32_t *index, int32_t *key, int64_t count, int32_t *row);
+float GBG_ISA_NAME(gbg_cpu_follow)(const struct gbg_state *state, struct gbg_list *list,
+                                   int64_t first, int64_t end);
 struct gbg_certify_work;
 int64_t GBG_ISA_NAME(gbg_cpu_screen)(const struct gbg_list *list, int64_t slice,
                                      const int32_t *index, float squared_limit, int32_t *found);
