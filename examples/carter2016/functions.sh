@@ -102,7 +102,7 @@ table_of() {
         done
     } >"$file.csv"
     echo
-    echo "Rounds a step, $1 range (table $number), for each configuration: thesis, ours with rule $2"
+    echo "Rounds a step, $1 range, for each configuration: table $number of the thesis, ours with rule $2 ($table_steps steps)"
     awk -F, '/^#/ {next} /^N/ {printf "%9s", "N"; for (c = 0; c < 5; c++) printf "    C%d:       ", c; print ""; next}
         {printf "%9d", $1; for (c = 2; c < 7; c++) printf "  %6s %6s", $(c + 5), $c; print ""}' "$file.csv"
     "$program" plot "$file.csv" --out "$file.png" --points thesis --log x \
@@ -212,27 +212,43 @@ same_state() { # same_state RANGE RULE
     } >"share_same_$1_$2.csv"
 }
 
-print_shares() { # print_shares FILE WORDS
+# A table over dt on the screen and its plot.
+print_by_dt() { # print_by_dt FILE QUANTITY WORDS
     echo
-    echo "Share of the particles that took part in an overlap in the last step, $2"
-    awk -F, '{printf "%9s", $1; for (c = 2; c < 7; c++) printf "  %6s", $c; print ""}' "$1.csv"
-    "$program" plot "$1.csv" --out "$1.png" --log x --title "$2" \
-        --ylabel 'share of particles in an overlap' >>runs/plot.log
+    echo "$2, $3"
+    awk -F, '/^#/ {next} {printf "%9s", $1; for (c = 2; c < 7; c++) printf "  %6s", $c; print ""}' "$1.csv"
+    "$program" plot "$1.csv" --out "$1.png" --log x --title "$3" --ylabel "$2" >>runs/plot.log
+}
+
+# Rounds a step in the runs from one state.
+late_rounds() { # late_rounds RANGE RULE
+    local dt c line
+    echo "dt,C0,C1,C2,C3,C4"
+    for dt in $time_steps; do
+        line=
+        for c in $configurations; do
+            line=$line,$(figure_of "C${c}_same_dt${dt}_$1_$2" rounds_per_step)
+        done
+        echo "$dt$line"
+    done
 }
 
 make_pictures() {
-    local range rule shown
+    local range rule shown words share="Share of particles in an overlap in the last step"
     for range in $ranges; do
         shown=$picture_rule
         [ "$size" != full ] || shown=$rules
         for rule in $shown; do
             say "pictures: N = $(particles_of "$range"), $picture_steps steps at dt = ${time_steps// /, }, $range range, rule $rule"
             thesis_way "$range" "$rule"
-            print_shares "share_${range}_$rule" "$range range, rule $rule, $picture_steps steps from the lattice"
+            print_by_dt "share_${range}_$rule" "$share" "$range range, rule $rule, $picture_steps steps from the lattice"
         done
         for rule in $rules; do
+            words="$range range, rule $rule, $same_steps steps from one state"
             same_state "$range" "$rule"
-            print_shares "share_same_${range}_$rule" "$range range, rule $rule, $same_steps steps from one state"
+            print_by_dt "share_same_${range}_$rule" "$share" "$words"
+            late_rounds "$range" "$rule" >"rounds_same_${range}_$rule.csv"
+            print_by_dt "rounds_same_${range}_$rule" "Rounds of overlap correction a step" "$words"
         done
     done
     echo

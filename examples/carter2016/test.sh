@@ -37,7 +37,7 @@ refused "none of the rules" --quick --rules "bouncy" out
 bash "$script" --quick --rules "carter bounce" --build "$build" out >said 2>&1 || fault "it failed: $(tail -n 3 said)"
 grep -q "^     1024 .*6\.48 " said || fault "the table lacks the thesis's 6.48: $(cat said)"
 grep -q ",6.48,3.25,5.7,8.69,0.99\$" out/rounds_short_carter.csv || fault "table 6.5 is not in its file"
-for name in rounds_short_carter rounds_long_bounce share_short_carter share_same_long_bounce; do
+for name in rounds_short_carter rounds_long_bounce share_short_carter share_same_long_bounce rounds_same_short_carter; do
     if [ ! -s "out/$name.csv" ] || [ ! -s "out/$name.png" ]; then
         fault "$name is missing"
     fi
