@@ -53,19 +53,18 @@ curves() {
 }
 
 {
-    echo "set terminal pngcairo size 1500,1100 font 'sans,13' background '#ffffff'"
+    echo "set terminal pngcairo size 1500,1050 font 'sans,13' background '#ffffff'"
     echo "set output '$2'"
     echo "set encoding utf8; set border 3; set tics nomirror out; set grid lc rgb '#e4e4e4' lt 1"
-    echo "set logscale xy; set format y '10^{%T}'; set format x '10^{%T}'; set key bottom right"
+    echo "set logscale xy; set format y '10^{%T}'; set format x '10^{%T}'; set key outside right top"
     echo "set ylabel '|relative error|'; set multiplot layout 2,2"
     echo "set title 'Mean gap of an isolated bound pair, T = 0.01'; set xlabel 'dt'"
     curves 1 c2 C2 c4 C4
-    echo "set xlabel 'core time, µs a particle and unit of time'; set key bottom left"
+    echo "set xlabel 'core time, µs a particle and unit of time'"
     curves 4 c2 C2 c4 C4
     echo "set title 'Hard discs: |C - 1|, contact value against virial'; set xlabel 'dt = s^2, T = 1'"
-    echo "set key bottom right"
     curves 1 fluid 0.52 dense 0.698
-    echo "set xlabel 'core time, µs a particle and unit of time'; set key bottom left"
+    echo "set xlabel 'core time, µs a particle and unit of time'"
     curves 4 fluid 0.52 dense 0.698
     echo "unset multiplot"
 } | gnuplot

@@ -113,7 +113,8 @@ static void still_chain(void **state)
         }
         print_message("B-A-B, %s: the middle moved by %.1e, largest bond %.4f\n", rules[k], moved,
                       longest);
-        assert_true(moved < 1e-9 && longest < 1.1);
+        /* bridge: its pushes solve equations, to a tolerance */
+        assert_true(moved < (strcmp(rules[k], "bridge") == 0 ? 1e-5 : 1e-9) && longest < 1.1);
     }
     gbg_context_destroy(&context);
 }
