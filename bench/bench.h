@@ -51,6 +51,12 @@ struct gbg_bench_result {
     struct gbg_bench_seconds seconds; /* filled in by gbg_bench_time */
     double error_rms, error_median; /* RMS error over RMS and over median size; NAN: not measured */
     double allowed;                 /* largest error_rms that the case accepts; 0: no limit */
+    /* Further columns, printed after the row and written to the file; static storage, NULL: none.
+     */
+    struct {
+        const char *name;
+        double value;
+    } extra[3];
     struct gbg_bench_measured measured;
 };
 
@@ -78,7 +84,8 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
                          double *const *position);
 
 /* The cases (bench/cases). */
-extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_noise, gbg_bench_short_range,
-    gbg_bench_structure_factor, gbg_bench_contact_rules, gbg_bench_contact_rules_open;
+extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_neighbours, gbg_bench_noise,
+    gbg_bench_short_range, gbg_bench_structure_factor, gbg_bench_contact_rules,
+    gbg_bench_contact_rules_open;
 
 #endif

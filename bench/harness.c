@@ -18,9 +18,13 @@ enum { LEAST_TIMES = 5, MOST_TIMES = 101 };
 
 static const double ENOUGH_SECONDS = 0.5; /* of timing, once there are LEAST_TIMES */
 
-static const struct gbg_bench_case *const cases[] = {
-    &gbg_bench_direct,           &gbg_bench_noise,         &gbg_bench_short_range,
-    &gbg_bench_structure_factor, &gbg_bench_contact_rules, &gbg_bench_contact_rules_open};
+static const struct gbg_bench_case *const cases[] = {&gbg_bench_direct,
+                                                     &gbg_bench_neighbours,
+                                                     &gbg_bench_noise,
+                                                     &gbg_bench_short_range,
+                                                     &gbg_bench_structure_factor,
+                                                     &gbg_bench_contact_rules,
+                                                     &gbg_bench_contact_rules_open};
 
 enum { CASES = sizeof cases / sizeof *cases };
 
@@ -133,6 +137,14 @@ static void print_measured(const struct gbg_bench_result *line)
     printf(" %10.4g\n", 1e9 * line->seconds.core / line->work);
 }
 
+static void print_extra(const struct gbg_bench_result *result)
+{
+    for (int k = 0; k < 3 && result->extra[k].name; k++) {
+        printf("  %s %.3g", result->extra[k].name, result->extra[k].value);
+    }
+    printf("\n");
+}
+
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
 {
     if (bench->n_results == bench->capacity) {
@@ -153,11 +165,12 @@ int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *res
         fflush(stdout);
         return 0;
     }
-    printf("%-26s %-9s %9lld %11.4e %11.3e %12.4g %-15s %9.2e %12.2e%s\n", result->what,
+    printf("%-26s %-9s %9lld %11.4e %11.3e %12.4g %-15s %9.2e %12.2e%s", result->what,
            result->precision, (long long)result->n, result->seconds.wall,
            result->work / result->seconds.wall, 1e9 * result->seconds.core / result->work,
            result->unit, result->error_rms, result->error_median,
            result->allowed > 0.0 && !(result->error_rms <= result->allowed) ? "  TOO LARGE" : "");
+    print_extra(result);
     fflush(stdout);
     return 0;
 }
@@ -205,6 +218,9 @@ static void write_results(FILE *file, const struct gbg_bench *bench)
         write_number(file, "error_over_rms", r->error_rms);
         write_number(file, "error_over_median", r->error_median);
         write_number(file, "allowed", r->allowed > 0.0 ? r->allowed : NAN);
+        for (int x = 0; x < 3 && r->extra[x].name; x++) {
+            write_number(file, r->extra[x].name, r->extra[x].value);
+        }
         write_measured(file, &r->measured);
         fprintf(file, ", \"commit\": \"%s\", \"machine\": \"%s\", \"cores\": %d, \"load\": %.2f}",
                 gbg_machine_commit(), machine.model, machine.cores, machine.load);
