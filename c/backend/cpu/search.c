@@ -164,7 +164,9 @@ int gbg_search_room(struct gbg_device *device, struct gbg_search_thread *thread,
     thread->room = 0;
     for (int k = 0; k < 3 + dimension && status == GBG_OK; k++) {
         gbg_release(*arrays[k]);
-        status = gbg_cpu_scratch(device, arrays[k], room, 4, "candidates of the search");
+        *arrays[k] = NULL;
+        status = gbg_cpu_scratch(device, arrays[k], k == 1 ? 8 * room : room, 4,
+                                 "candidates of the search");
     }
     thread->room = status == GBG_OK ? room : 0;
     return status;

@@ -16,7 +16,7 @@ struct gbg_search_store {
 };
 struct gbg_search_thread {
     struct gbg_search_store list, out; /* kept rows of a list with a skin; rows of the result */
-    int32_t *candidate, *row, *other;  /* ids of candidates, a row, and room to sort it */
+    int32_t *candidate, *row, *other;  /* ids of candidates, eight rows, and room to sort one */
     uint32_t *place[3];                /* local coordinates of the candidates */
     int64_t room;                      /* candidates that fit */
     int64_t looked;                    /* candidates of all particles */

@@ -2,16 +2,15 @@
  *
  * Candidates are sorted out by 32-bit coordinates and floats; where these cannot decide, the rule
  * on 64-bit coordinates does (gbg_search_within), so no rounding of a float shows. */
-#include <string.h>
-
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/search.h"
+#include "backend/cpu/search_sort.h"
 #include "backend/cpu/simd.h"
 #include "backend/cpu/variant.h"
 
 #define INLINE static inline __attribute__((always_inline))
 
-enum { RANK_MOST = 160 };
+enum { GROUP = 8 };
 
 static void encode(struct gbg_search *search, const struct gbg_points *points, int64_t begin,
                    int64_t end)
@@ -71,58 +70,6 @@ INLINE int pack(int32_t *to, vi a, uint32_t bits)
 #endif
 }
 
-/* Merges the ascending runs of a long row until one is left; returns where it stands. */
-static int32_t *merge_runs(int32_t *row, int32_t *other, int64_t n)
-{
-    for (;;) {
-        int64_t at = 0, merged = 0;
-        while (at < n) {
-            int64_t middle = at + 1, end;
-            while (middle < n && row[middle] > row[middle - 1]) {
-                middle++;
-            }
-            for (end = middle + 1; end < n && row[end] > row[end - 1]; end++) {
-            }
-            end = middle < n ? end : n;
-            int64_t p = at, q = middle;
-            for (int64_t k = at; k < end; k++) {
-                other[k] = q >= end || (p < middle && row[p] < row[q]) ? row[p++] : row[q++];
-            }
-            at = end;
-            merged++;
-        }
-        int32_t *swap = row;
-        row = other;
-        other = swap;
-        if (merged <= 1) {
-            return row;
-        }
-    }
-}
-
-/* The n indices of a row in ascending order at `to`: each goes to the place that the number of
- * smaller ones names. */
-INLINE void sort_row(int32_t *row, int32_t *other, int64_t n, int32_t *to)
-{
-    if (n > RANK_MOST) {
-        memcpy(to, merge_runs(row, other, n), (size_t)n * sizeof *to);
-        return;
-    }
-    const vi one = vi_set(1), zero = vi_set(0);
-    for (int64_t k = 0; k < n; k += VF_LANES) {
-        vi own = vi_load(row + k), rank = zero;
-        for (int64_t j = 0; j < n; j++) {
-            rank = vi_add(rank, vi_select(vi_lt(vi_set(row[j]), own), one, zero));
-        }
-        int32_t place[VF_LANES];
-        vi_store(place, rank);
-        int64_t lanes = n - k < VF_LANES ? n - k : VF_LANES;
-        for (int64_t l = 0; l < lanes; l++) {
-            to[place[l]] = row[k + l];
-        }
-    }
-}
-
 /* Which of the lanes in doubt are pairs. */
 static uint32_t settle(const struct gbg_search *search, int32_t self, const int32_t *id,
                        uint32_t bits, uint32_t doubt)
@@ -139,7 +86,7 @@ static uint32_t settle(const struct gbg_search *search, int32_t self, const int3
 /* Neighbours of particle `self` among the candidates of its cell; returns their number. */
 INLINE int64_t neighbours_of(const struct gbg_search *search,
                              const struct gbg_search_thread *thread, int64_t count, int32_t self,
-                             const uint32_t *own_local, const int dimension)
+                             const uint32_t *own_local, int32_t *row, const int dimension)
 {
     vf scale[3], likely = vf_set(search->likely), sure = vf_set(search->sure);
     vi own[3], me = vi_set(self);
@@ -164,7 +111,7 @@ INLINE int64_t neighbours_of(const struct gbg_search *search,
         if (__builtin_expect(doubt != 0, 0)) {
             bits = settle(search, self, thread->candidate + k, bits, doubt);
         }
-        found += pack(thread->row + found, id, bits);
+        found += pack(row + found, id, bits);
     }
     return found;
 }
@@ -191,28 +138,48 @@ INLINE int64_t gather(const struct gbg_search *search, struct gbg_search_thread 
 /* Appends the row of a particle. */
 INLINE void append(struct gbg_device *device, const struct gbg_search_rows *rows,
                    struct gbg_search_store *store, struct gbg_search_thread *thread, int number,
-                   int32_t particle, int64_t n)
+                   int32_t particle, int32_t *row, int64_t n)
 {
-    if (__builtin_expect(store->used + n > store->capacity, 0)) {
-        thread->status = gbg_search_grow(device, store, n);
+    if (__builtin_expect(store->used + n + GBG_SORT_SLACK > store->capacity, 0)) {
+        thread->status = gbg_search_grow(device, store, n + GBG_SORT_SLACK);
         if (thread->status != GBG_OK) {
             return;
         }
     }
-    sort_row(thread->row, thread->other, n, store->index + store->used);
+    sort_row(row, thread->other, n, store->index + store->used);
     rows->begin[particle] = (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used;
     rows->count[particle] = (int32_t)n;
     store->used += n;
     thread->found += n;
 }
 
+/* Rows of a few particles of one cell: first all are found, then all are sorted, so that no load
+ * waits for a store. */
+INLINE void make_rows(struct gbg_device *device, struct gbg_search *search, int number,
+                      int64_t count, int32_t from, int32_t to, const int dimension)
+{
+    struct gbg_search_thread *thread = &search->thread[number];
+    int listed = search->plan.skin > 0.0;
+    int64_t length[GROUP], room = count + 2 * VF_LANES;
+    for (int32_t slot = from; slot < to; slot++) {
+        uint32_t own[3];
+        for (int a = 0; a < dimension; a++) {
+            own[a] = search->local[a][slot];
+        }
+        length[slot - from] = neighbours_of(search, thread, count, search->particle[slot], own,
+                                            thread->row + (slot - from) * room, dimension);
+    }
+    for (int32_t slot = from; slot < to && thread->status == GBG_OK; slot++) {
+        append(device, listed ? &search->list : &search->out, listed ? &thread->list : &thread->out,
+               thread, number, search->particle[slot], thread->row + (slot - from) * room,
+               length[slot - from]);
+    }
+}
+
 INLINE void scan_keys(struct gbg_device *device, struct gbg_search *search, int number,
                       int64_t begin, int64_t end, const int dimension)
 {
     struct gbg_search_thread *thread = &search->thread[number];
-    int listed = search->plan.skin > 0.0;
-    struct gbg_search_store *store = listed ? &thread->list : &thread->out;
-    const struct gbg_search_rows *rows = listed ? &search->list : &search->out;
     struct gbg_search_run runs[GBG_SEARCH_RUNS];
     for (int64_t key = begin; key < end && thread->status == GBG_OK; key++) {
         int32_t from = search->first[key], to = search->first[key + 1];
@@ -233,14 +200,9 @@ INLINE void scan_keys(struct gbg_device *device, struct gbg_search *search, int 
         }
         gather(search, thread, runs, n_runs, dimension);
         thread->looked += (count - 1) * (to - from);
-        for (int32_t slot = from; slot < to && thread->status == GBG_OK; slot++) {
-            uint32_t own[3];
-            for (int a = 0; a < dimension; a++) {
-                own[a] = search->local[a][slot];
-            }
-            int32_t self = search->particle[slot];
-            int64_t n = neighbours_of(search, thread, count, self, own, dimension);
-            append(device, rows, store, thread, number, self, n);
+        for (int32_t slot = from; slot < to && thread->status == GBG_OK; slot += GROUP) {
+            int32_t end_slot = to - slot < GROUP ? to : slot + GROUP;
+            make_rows(device, search, number, count, slot, end_slot, dimension);
         }
     }
 }
@@ -410,7 +372,7 @@ INLINE void scan_cells(struct gbg_device *device, struct gbg_search *search, int
         }
         int64_t n = sift(search, thread->other, kept, self, self, NULL, thread->row, dimension);
         thread->looked += kept;
-        append(device, &search->out, &thread->out, thread, number, self, n);
+        append(device, &search->out, &thread->out, thread, number, self, thread->row, n);
     }
 }
 
