@@ -52,10 +52,9 @@ void gbg_search_release(struct gbg_search *search)
         search->fraction[a] = search->built[a] = NULL;
         search->local[a] = NULL;
     }
-    void **const arrays[] = {(void **)&search->key,        (void **)&search->record,
-                             (void **)&search->particle,   (void **)&search->slot,
-                             (void **)&search->list.begin, (void **)&search->list.count,
-                             (void **)&search->out.begin,  (void **)&search->out.count};
+    void **const arrays[] = {(void **)&search->key,      (void **)&search->record,
+                             (void **)&search->particle, (void **)&search->slot,
+                             (void **)&search->list,     (void **)&search->out};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         gbg_release(*arrays[k]);
         *arrays[k] = NULL;
@@ -102,8 +101,7 @@ int gbg_search_reserve(struct gbg_device *device, struct gbg_search *search, int
         {(void **)&search->key, 4},
         {(void **)&search->record, 4 * (2 + (size_t)dimension)},
         {(void **)&search->particle, 4},
-        {(void **)&search->out.begin, 8},
-        {(void **)&search->out.count, 4},
+        {(void **)&search->out, sizeof *search->out},
         {(void **)&search->fraction[0], 8},
         {(void **)&search->fraction[1], 8},
         {(void **)&search->local[0], 4},
@@ -111,8 +109,7 @@ int gbg_search_reserve(struct gbg_device *device, struct gbg_search *search, int
         {dimension > 2 ? (void **)&search->fraction[2] : NULL, 8},
         {dimension > 2 ? (void **)&search->local[2] : NULL, 4},
         {listed ? (void **)&search->slot : NULL, 4},
-        {listed ? (void **)&search->list.begin : NULL, 8},
-        {listed ? (void **)&search->list.count : NULL, 4},
+        {listed ? (void **)&search->list : NULL, sizeof *search->list},
         {listed ? (void **)&search->built[0] : NULL, 8},
         {listed ? (void **)&search->built[1] : NULL, 8},
         {listed && dimension > 2 ? (void **)&search->built[2] : NULL, 8},
@@ -330,14 +327,14 @@ static void scan_brute(struct gbg_device *device, struct gbg_search *search)
         if (thread->status != GBG_OK) {
             continue;
         }
-        search->out.begin[i] = (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used;
         int64_t begin = store->used;
         for (int64_t j = 0; j < n; j++) {
             if (j != i && gbg_search_within(search, i, j)) {
                 store->index[store->used++] = (int32_t)j;
             }
         }
-        search->out.count[i] = (int32_t)(store->used - begin);
+        search->out[i] = (struct gbg_search_row){
+            (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)begin, store->used - begin};
         thread->found += store->used - begin;
         thread->looked += n - 1;
     }

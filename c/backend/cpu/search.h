@@ -7,7 +7,7 @@
 #include "backend/backend.h"
 #include "core/box.h"
 
-enum { GBG_SEARCH_RUNS = 72, GBG_SEARCH_AROUND = 2, GBG_SEARCH_THREAD_SHIFT = 48 };
+enum { GBG_SEARCH_ROWS = 25, GBG_SEARCH_RUNS = 2 * GBG_SEARCH_ROWS, GBG_SEARCH_THREAD_SHIFT = 48 };
 
 /* One thread's memory: rows one after the other, and what it needs to make one. */
 struct gbg_search_store {
@@ -25,10 +25,10 @@ struct gbg_search_thread {
     int status;
 };
 
-/* Where the row of a particle begins: thread << 48 | offset. */
-struct gbg_search_rows {
-    uint64_t *begin;
-    int32_t *count;
+/* Where the row of a particle begins, thread << 48 | offset, and its length. */
+struct gbg_search_row {
+    uint64_t begin;
+    int64_t count;
 };
 
 struct gbg_search {
@@ -41,6 +41,9 @@ struct gbg_search {
      * the fraction by integers alone. */
     int cells[3], around[3], sub;
     int64_t n_keys, key_capacity;
+    int rows, row_keys; /* inside the box: rows of candidates of a key, and the keys of each */
+    int64_t row_from[8][GBG_SEARCH_ROWS]; /* of an octant: first key of each, less the first of the
+                                             cell */
     int32_t *first; /* n_keys + 1: first slot of a key; occupancy: the particle of a cell or -1 */
 
     /* 32-bit coordinates: the top `shift` bits of a fraction are dropped and the next 32 kept; the
@@ -50,13 +53,13 @@ struct gbg_search {
     float sure, likely; /* squared distance below which a pair is one, and above which not */
     double squared;     /* radius radius */
 
-    uint64_t *fraction[3], *built[3]; /* in the caller's order: now, and when the list was made */
-    int32_t *key;                     /* in the caller's order */
-    uint32_t *record;                 /* scratch of the sort: key, particle, local coordinates */
-    int32_t *particle;                /* in the order of keys, inside a key ascending */
-    uint32_t *local[3];               /* the same order; occupancy: the caller's */
-    int32_t *slot;                    /* of each particle; lists with a skin only */
-    struct gbg_search_rows list, out;
+    uint64_t *fraction[3], *built[3];  /* in the caller's order: now, and when the list was made */
+    int32_t *key;                      /* in the caller's order */
+    uint32_t *record;                  /* scratch of the sort: key, particle, local coordinates */
+    int32_t *particle;                 /* in the order of keys, inside a key ascending */
+    uint32_t *local[3];                /* the same order; occupancy: the caller's */
+    int32_t *slot;                     /* of each particle; lists with a skin only */
+    struct gbg_search_row *list, *out; /* in the caller's order */
 
     int threads;
     struct gbg_search_thread *thread;
@@ -84,8 +87,9 @@ struct gbg_search_kernels {
     /* Rows of the result from the kept rows of slots begin..end-1. */
     void (*filter)(struct gbg_device *device, struct gbg_search *search, int thread, int64_t begin,
                    int64_t end);
-    /* to[0..n) = from + base; writes up to a vector beyond n. */
-    void (*copy)(int32_t *to, const int32_t *from, int64_t n, int base);
+    /* Rows of particles begin..end-1 to the caller, from element `at` on. */
+    void (*hand_out)(const struct gbg_search *search, int64_t begin, int64_t end, int64_t at,
+                     int base, int64_t *offset, int32_t *neighbour);
 };
 
 int gbg_search_create(struct gbg_device *device, const struct gbg_box *box,
@@ -123,7 +127,7 @@ int gbg_search_threads(const struct gbg_search *search, int64_t n);
 
 static inline int32_t *gbg_search_row(const struct gbg_search *search, int64_t i)
 {
-    uint64_t at = search->out.begin[i];
+    uint64_t at = search->out[i].begin;
     return search->thread[at >> GBG_SEARCH_THREAD_SHIFT].out.index +
            (at & ((UINT64_C(1) << GBG_SEARCH_THREAD_SHIFT) - 1));
 }

@@ -77,6 +77,29 @@ static void choose_reach(struct gbg_search *search, double reach)
     }
 }
 
+/* Where the rows of candidates of a cell inside the box begin, for each octant. */
+static void tabulate_rows(struct gbg_search *search)
+{
+    int octants = 1 << search->sub, dimension = search->box.dimension;
+    int wide[3] = {1, 1, 1};
+    for (int a = 0; a < dimension; a++) {
+        wide[a] = search->sub ? 2 : 2 * search->around[a] + 1;
+    }
+    search->rows = wide[1] * wide[2];
+    search->row_keys = wide[0] << search->sub;
+    for (int o = 0; o < octants && search->rows <= GBG_SEARCH_ROWS; o++) {
+        int low[3] = {0, 0, 0};
+        for (int a = 0; a < dimension; a++) {
+            low[a] = !search->sub ? -search->around[a] : (o >> a & 1) - 1;
+        }
+        for (int k = 0; k < search->rows; k++) {
+            int64_t y = low[1] + k % wide[1], z = low[2] + k / wide[1];
+            int64_t cell = (z * search->cells[1] + y) * search->cells[0] + low[0];
+            search->row_from[o][k] = cell * octants;
+        }
+    }
+}
+
 int gbg_search_choose_cells(struct gbg_device *device, struct gbg_search *search, double reach)
 {
     int status = GBG_OK, method = search->plan.method;
@@ -92,6 +115,7 @@ int gbg_search_choose_cells(struct gbg_device *device, struct gbg_search *search
         return status;
     }
     choose_reach(search, reach);
+    tabulate_rows(search);
     search->n_keys = (int64_t)search->cells[0] * search->cells[1] * search->cells[2] << search->sub;
     if (search->n_keys + 1 > search->key_capacity) {
         gbg_release(search->first);

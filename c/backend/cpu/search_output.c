@@ -5,14 +5,12 @@
 #include "backend/cpu/search.h"
 #include "core/memory.h"
 
-enum { VECTOR = 16 };
-
 /* Sums before each of `threads` ranges of particles: of whole rows, or of their entries above the
  * particle. start[threads + 1]. */
 static int64_t larger_ones(const struct gbg_search *search, int64_t i)
 {
     const int32_t *row = gbg_search_row(search, i);
-    int64_t count = search->out.count[i], low = 0, high = count;
+    int64_t count = search->out[i].count, low = 0, high = count;
     while (low < high) {
         int64_t middle = (low + high) / 2;
         if (row[middle] < i) {
@@ -38,7 +36,7 @@ static int sum_ranges(struct gbg_device *device, const struct gbg_search *search
     for (int t = 0; t < threads; t++) {
         int64_t total = 0;
         for (int64_t i = n * t / threads; i < n * (t + 1) / threads; i++) {
-            total += upper ? larger_ones(search, i) : search->out.count[i];
+            total += upper ? larger_ones(search, i) : search->out[i].count;
         }
         sum[t + 1] = total;
     }
@@ -59,20 +57,8 @@ int gbg_search_csr(struct gbg_device *device, struct gbg_search *search, int bas
     }
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (int t = 0; t < threads; t++) {
-        int64_t at = start[t], end = start[t + 1];
-        for (int64_t i = n * t / threads; i < n * (t + 1) / threads; i++) {
-            const int32_t *row = gbg_search_row(search, i);
-            int64_t count = search->out.count[i];
-            offset[i] = at + base;
-            if (at + count + VECTOR <= end) { /* what is written too much is overwritten later */
-                device->variant->search->copy(neighbour + at, row, count, base);
-            } else {
-                for (int64_t k = 0; k < count; k++) {
-                    neighbour[at + k] = row[k] + base;
-                }
-            }
-            at += count;
-        }
+        device->variant->search->hand_out(search, n * t / threads, n * (t + 1) / threads, start[t],
+                                          base, offset, neighbour);
     }
     offset[n] = start[threads] + base;
     gbg_release(start);
@@ -93,7 +79,7 @@ int gbg_search_pairs(struct gbg_device *device, struct gbg_search *search, int b
         int64_t at = start[t];
         for (int64_t i = n * t / threads; i < n * (t + 1) / threads; i++) {
             const int32_t *row = gbg_search_row(search, i);
-            int64_t count = search->out.count[i];
+            int64_t count = search->out[i].count;
             for (int64_t k = count - larger_ones(search, i); k < count; k++) {
                 first[at] = (int32_t)i + base;
                 second[at++] = row[k] + base;
@@ -111,7 +97,7 @@ int gbg_search_block(struct gbg_device *device, struct gbg_search *search,
     (void)device;
     block->count = 0;
     for (; block->particle < search->n; block->particle++, block->entry = 0) {
-        int64_t i = block->particle, count = search->out.count[i];
+        int64_t i = block->particle, count = search->out[i].count;
         const int32_t *row = gbg_search_row(search, i);
         for (; block->entry < count; block->entry++) {
             int64_t j = row[block->entry];

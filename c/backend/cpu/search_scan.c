@@ -10,7 +10,7 @@
 
 #define INLINE static inline __attribute__((always_inline))
 
-enum { GROUP = 8 };
+enum { GROUP = 8, AHEAD = 16 };
 
 static void encode(struct gbg_search *search, const struct gbg_points *points, int64_t begin,
                    int64_t end)
@@ -136,7 +136,7 @@ INLINE int64_t gather(const struct gbg_search *search, struct gbg_search_thread 
 }
 
 /* Appends the row of a particle. */
-INLINE void append(struct gbg_device *device, const struct gbg_search_rows *rows,
+INLINE void append(struct gbg_device *device, struct gbg_search_row *rows,
                    struct gbg_search_store *store, struct gbg_search_thread *thread, int number,
                    int32_t particle, int32_t *row, int64_t n)
 {
@@ -147,8 +147,8 @@ INLINE void append(struct gbg_device *device, const struct gbg_search_rows *rows
         }
     }
     sort_row(row, thread->other, n, store->index + store->used);
-    rows->begin[particle] = (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used;
-    rows->count[particle] = (int32_t)n;
+    rows[particle] = (struct gbg_search_row){
+        (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used, n};
     store->used += n;
     thread->found += n;
 }
@@ -170,10 +170,36 @@ INLINE void make_rows(struct gbg_device *device, struct gbg_search *search, int 
                                             thread->row + (slot - from) * room, dimension);
     }
     for (int32_t slot = from; slot < to && thread->status == GBG_OK; slot++) {
-        append(device, listed ? &search->list : &search->out, listed ? &thread->list : &thread->out,
+        append(device, listed ? search->list : search->out, listed ? &thread->list : &thread->out,
                thread, number, search->particle[slot], thread->row + (slot - from) * room,
                length[slot - from]);
     }
+}
+
+/* Runs of slots with the candidates of a key: by a table inside the box, else axis by axis. */
+INLINE int runs_of(const struct gbg_search *search, int64_t key, struct gbg_search_run *runs,
+                   const int dimension)
+{
+    uint32_t cell = (uint32_t)(key >> search->sub), cells = (uint32_t)search->cells[0];
+    uint32_t row = cell / cells, octant = (uint32_t)key & ((1u << search->sub) - 1);
+    int c[3] = {(int)(cell - row * cells), (int)row, 0}, inside = 1;
+    if (dimension == 3) {
+        c[2] = (int)(row / (uint32_t)search->cells[1]);
+        c[1] = (int)(row - (uint32_t)c[2] * (uint32_t)search->cells[1]);
+    }
+    for (int a = 0; a < dimension; a++) {
+        inside &= c[a] >= search->around[a] && c[a] < search->cells[a] - search->around[a];
+    }
+    if (!inside) {
+        return gbg_search_runs(search, c, (int)octant, runs);
+    }
+    const int32_t *first = search->first + ((int64_t)cell << search->sub);
+    const int64_t *from = search->row_from[octant];
+    for (int k = 0; k < search->rows; k++) {
+        runs[k].begin = first[from[k]];
+        runs[k].end = first[from[k] + search->row_keys];
+    }
+    return search->rows;
 }
 
 INLINE void scan_keys(struct gbg_device *device, struct gbg_search *search, int number,
@@ -186,10 +212,7 @@ INLINE void scan_keys(struct gbg_device *device, struct gbg_search *search, int 
         if (from == to) {
             continue;
         }
-        int64_t cell = key >> search->sub, row = cell / search->cells[0];
-        int c[3] = {(int)(cell - row * search->cells[0]), (int)(row % search->cells[1]),
-                    dimension == 3 ? (int)(row / search->cells[1]) : 0};
-        int n_runs = gbg_search_runs(search, c, (int)(key & ((1 << search->sub) - 1)), runs);
+        int n_runs = runs_of(search, key, runs, dimension);
         int64_t count = 0;
         for (int r = 0; r < n_runs; r++) {
             count += runs[r].end - runs[r].begin;
@@ -266,10 +289,10 @@ INLINE void filter_slots(struct gbg_device *device, struct gbg_search *search, i
     struct gbg_search_store *store = &thread->out;
     for (int64_t slot = begin; slot < end; slot++) {
         int32_t self = search->particle[slot];
-        uint64_t at = search->list.begin[self];
+        uint64_t at = search->list[self].begin;
         const int32_t *listed = search->thread[at >> GBG_SEARCH_THREAD_SHIFT].list.index +
                                 (at & ((UINT64_C(1) << GBG_SEARCH_THREAD_SHIFT) - 1));
-        int64_t count = search->list.count[self];
+        int64_t count = search->list[self].count;
         if (store->used + count + VF_LANES > store->capacity) {
             thread->status = gbg_search_grow(device, store, count + VF_LANES);
             if (thread->status != GBG_OK) {
@@ -278,9 +301,8 @@ INLINE void filter_slots(struct gbg_device *device, struct gbg_search *search, i
         }
         int64_t n = sift(search, listed, count, (int32_t)slot, self, search->particle,
                          store->index + store->used, dimension);
-        search->out.begin[self] =
-            (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used;
-        search->out.count[self] = (int32_t)n;
+        search->out[self] = (struct gbg_search_row){
+            (uint64_t)number << GBG_SEARCH_THREAD_SHIFT | (uint64_t)store->used, n};
         store->used += n;
         thread->found += n;
         thread->looked += count;
@@ -372,7 +394,7 @@ INLINE void scan_cells(struct gbg_device *device, struct gbg_search *search, int
         }
         int64_t n = sift(search, thread->other, kept, self, self, NULL, thread->row, dimension);
         thread->looked += kept;
-        append(device, &search->out, &thread->out, thread, number, self, thread->row, n);
+        append(device, search->out, &thread->out, thread, number, self, thread->row, n);
     }
 }
 
@@ -386,11 +408,29 @@ static void scan_occupied(struct gbg_device *device, struct gbg_search *search, 
     }
 }
 
-static void copy(int32_t *to, const int32_t *from, int64_t n, int base)
+static void hand_out(const struct gbg_search *search, int64_t begin, int64_t end, int64_t at,
+                     int base, int64_t *offset, int32_t *neighbour)
 {
     vi more = vi_set(base);
-    for (int64_t k = 0; k < n; k += VF_LANES) {
-        vi_store(to + k, vi_add(vi_load(from + k), more));
+    int64_t last = at; /* from here on, whole vectors would touch what others write */
+    for (int64_t i = begin; i < end; i++) {
+        last += search->out[i].count;
+    }
+    last -= VF_LANES;
+    for (int64_t i = begin; i < end; i++) {
+        const int32_t *row = gbg_search_row(search, i);
+        int64_t count = search->out[i].count, k = 0;
+        if (i + AHEAD < end) {
+            __builtin_prefetch(gbg_search_row(search, i + AHEAD));
+        }
+        offset[i] = at + base;
+        for (; k < count && at + k <= last; k += VF_LANES) {
+            vi_store(neighbour + at + k, vi_add(vi_load(row + k), more));
+        }
+        for (; k < count; k++) {
+            neighbour[at + k] = row[k] + base;
+        }
+        at += count;
     }
 }
 
@@ -400,5 +440,5 @@ const struct gbg_search_kernels GBG_ISA_NAME(gbg_search_kernels) = {
     .scan = scan,
     .scan_occupied = scan_occupied,
     .filter = filter,
-    .copy = copy,
+    .hand_out = hand_out,
 };
