@@ -30,6 +30,7 @@ struct gbg_neighbours {
     int64_t n;
     int filled; /* 1: the last update succeeded */
     int64_t updates, searches;
+    double crowding; /* neighbours found over those that evenly spread particles would have */
 };
 
 /* On failure nothing is left behind. */

@@ -12,7 +12,7 @@
 #include "backend/cpu/cpu.h"
 #include "core/memory.h"
 
-enum { BLOCK = 2048, UNITS_A_THREAD = 8, PADDING = 16 };
+enum { BLOCK = 2048, UNITS_A_THREAD = 8, PADDING = 16, ROW_PADDING = 96 };
 
 static int thread_number(void)
 {
@@ -150,10 +150,10 @@ int gbg_search_grow(struct gbg_device *device, struct gbg_search_store *store, i
 int gbg_search_room(struct gbg_device *device, struct gbg_search_thread *thread, int dimension,
                     int64_t candidates)
 {
-    if (candidates + 2 * PADDING <= thread->room) {
+    if (candidates + ROW_PADDING <= thread->room) {
         return GBG_OK;
     }
-    int64_t room = candidates + candidates / 2 + 4 * PADDING + 256;
+    int64_t room = candidates + candidates / 2 + ROW_PADDING + 256;
     void **const arrays[] = {(void **)&thread->candidate, (void **)&thread->row,
                              (void **)&thread->other,     (void **)&thread->place[0],
                              (void **)&thread->place[1],  (void **)&thread->place[2]};

@@ -160,7 +160,7 @@ INLINE void make_rows(struct gbg_device *device, struct gbg_search *search, int 
 {
     struct gbg_search_thread *thread = &search->thread[number];
     int listed = search->plan.skin > 0.0;
-    int64_t length[GROUP], room = count + 2 * VF_LANES;
+    int64_t length[GROUP], room = count + GBG_SORT_SLACK + VF_LANES;
     for (int32_t slot = from; slot < to; slot++) {
         uint32_t own[3];
         for (int a = 0; a < dimension; a++) {
