@@ -49,6 +49,7 @@ static int parse_option(const char *text, size_t length, struct gbg_context *con
         return 0;
     }
     *(counts ? &context->threads : &context->device) = (int)number;
+    context->threads_given |= counts;
     return 1;
 }
 

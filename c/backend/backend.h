@@ -239,6 +239,10 @@ struct gbg_backend {
     int (*upload)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*download)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*sync)(struct gbg_device *device);
+    /* May be NULL. Tells the device, before it makes lists, that no kernel of the scene works on all
+     * pairs of its n particles: unless the caller named a number of threads, it takes fewer where
+     * starting them costs more than it saves. */
+    void (*expect)(struct gbg_device *device, int64_t n);
     /* Bytes of scratch memory that the device holds. */
     double (*scratch_bytes)(const struct gbg_device *device);
     /* The kernels for this device (the instruction set that its context chose). */

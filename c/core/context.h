@@ -13,6 +13,7 @@ struct gbg_context {
     char backend[32];      /* registry name: "cpu", "poison" */
     char instructions[16]; /* of the kernels chosen: "avx512", "avx2", "generic" */
     int threads;
+    int threads_given; /* 1: the caller named a number of threads, which is taken as it is */
     int device;
     gbg_log_sink sink;
     void *sink_user;

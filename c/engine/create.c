@@ -201,6 +201,9 @@ static int fill_engine(struct gbg_engine *engine, const struct gbg_scene *scene,
         status = make_rank(engine, &scene->arrays, particles);
     }
     if (status == GBG_OK) {
+        if (engine->backend->expect && gbg_engine_is_short_range(engine)) {
+            engine->backend->expect(engine->device, particles->n);
+        }
         status = gbg_engine_plan(engine);
     }
     return status;

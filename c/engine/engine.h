@@ -86,6 +86,9 @@ int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double 
 /* Particles put back over all moves that this engine made. */
 double gbg_engine_reverted_fraction(const struct gbg_engine *engine);
 
+/* 1 if no force of the scene is a sum over all pairs. */
+int gbg_engine_is_short_range(const struct gbg_engine *engine);
+
 /* Gives the particles a new order in memory if the one they have has decayed; at the start of a
  * step, because forces and the coordinates before the step are void afterwards. */
 int gbg_engine_tidy(struct gbg_engine *engine);

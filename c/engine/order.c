@@ -8,15 +8,21 @@ static const double scattered = 0.4;
 /* Builds of a list between two orders: one costs about half a build. */
 enum { PATIENCE = 20 };
 
-/* Direct sums add in the order of memory, so that scenes with one keep it. */
-static int may_arrange(const struct gbg_engine *engine)
+int gbg_engine_is_short_range(const struct gbg_engine *engine)
 {
     for (int f = 0; f < engine->scene.n_forces; f++) {
         if (engine->scene.force[f].sum != GBG_SUM_CUTOFF) {
             return 0;
         }
     }
-    return engine->kernels->arrange && engine->ordering != GBG_ORDERING_NEVER;
+    return 1;
+}
+
+/* Direct sums add in the order of memory, so that scenes with one keep it. */
+static int may_arrange(const struct gbg_engine *engine)
+{
+    return gbg_engine_is_short_range(engine) && engine->kernels->arrange &&
+           engine->ordering != GBG_ORDERING_NEVER;
 }
 
 static int worth_it(struct gbg_engine *engine, const struct gbg_list *list, int64_t builds)

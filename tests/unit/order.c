@@ -2,6 +2,7 @@
  * state, forces, images, overlap flags, files, messages. */
 #include "made_scene.h"
 
+#include "backend/cpu/cpu.h"
 #include "gamboge/gamboge.h"
 
 enum { MOST = 20000 };
@@ -343,6 +344,26 @@ static void pays_per_use(void **state)
     gbg_context_destroy(&context);
 }
 
+/* Unless a number is named, few particles get few threads: the results are the same. */
+static void threads_are_chosen(void **state)
+{
+    (void)state;
+    static struct start start;
+    static const char *const contexts[] = {"cpu:threads=3", "cpu"};
+    char hash[2][65];
+    make_start(&start, 2, 22, 0);
+    for (int k = 0; k < 2; k++) {
+        struct gbg_context *context = made_context(contexts[k]);
+        struct gbg_engine *engine = make_engine(context, &start, "bounce", GBG_ORDERING_AUTO);
+        assert_int_equal(engine->device->threads, k ? 1 : 3);
+        assert_int_equal(gbg_engine_run(engine, 10), GBG_OK);
+        assert_int_equal(gbg_engine_hash(engine, 65, hash[k]), GBG_OK);
+        assert_int_equal(gbg_engine_destroy(&engine), GBG_OK);
+        gbg_context_destroy(&context);
+    }
+    assert_string_equal(hash[0], hash[1]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -350,6 +371,7 @@ int main(void)
         cmocka_unit_test(in_between),
         cmocka_unit_test(files),
         cmocka_unit_test(pays_per_use),
+        cmocka_unit_test(threads_are_chosen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -138,6 +138,18 @@ int gbg_cpu_sync(struct gbg_device *device)
     return GBG_OK;
 }
 
+/* Particles a thread in a short-range step below which another thread does not pay: starting the
+ * team some ten times a step costs as much as 1000 to 2000 particles. */
+enum { GRAIN = 1000 };
+
+static void expect(struct gbg_device *device, int64_t n)
+{
+    int64_t most = n / GRAIN > 1 ? n / GRAIN : 1;
+    if (!device->context->threads_given && device->threads > most) {
+        device->threads = (int)most;
+    }
+}
+
 const struct gbg_kernels *gbg_cpu_kernels(const struct gbg_device *device)
 {
     return &device->kernels;
@@ -153,6 +165,7 @@ const struct gbg_backend gbg_backend_cpu = {
     .upload = gbg_cpu_copy,
     .download = gbg_cpu_copy,
     .sync = gbg_cpu_sync,
+    .expect = expect,
     .scratch_bytes = gbg_cpu_scratch_bytes,
     .kernels = gbg_cpu_kernels,
 };

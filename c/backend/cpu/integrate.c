@@ -34,12 +34,11 @@ static void draw(const struct euler *euler, int64_t first, float xi[3][VF_LANES]
     vi id_low, id_high;
     vf lanes[3];
     if (state->id) {
-        uint32_t low[VF_LANES], high[VF_LANES];
-        for (int l = 0; l < VF_LANES;
-             l++) { /* arrays are padded: reading past the end is allowed */
-            uint64_t id = first + l < state->owned ? state->id[first + l] : 0;
-            low[l] = (uint32_t)id;
-            high[l] = (uint32_t)(id >> 32);
+        uint32_t low[VF_LANES] = {0}, high[VF_LANES] = {0};
+        int64_t there = state->owned - first < VF_LANES ? state->owned - first : VF_LANES;
+        for (int64_t l = 0; l < there; l++) {
+            low[l] = (uint32_t)state->id[first + l];
+            high[l] = (uint32_t)(state->id[first + l] >> 32);
         }
         id_low = vi_load(low);
         id_high = vi_load(high);
