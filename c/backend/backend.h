@@ -84,6 +84,7 @@ struct gbg_contacts {
     double largest; /* out: largest move since the start of the step among those corrected */
     double virial;  /* out: sum over pushes of the distance half way times the displacement of one
                        disc */
+    int clear;      /* out, rule bridge: 1 if no pair overlaps, so that rounds have nothing to do */
 };
 
 /* A pair of indices with its distance; first = -1: none. */

@@ -58,7 +58,7 @@ static int correct(struct gbg_engine *engine, double largest_push)
     } else if (status == GBG_OK && rule == GBG_RULE_BRIDGE) {
         status = apply(engine, kernels->bridge, &contacts);
     }
-    return status ? status : apply(engine, kernels->contacts, &contacts);
+    return status || contacts.clear ? status : apply(engine, kernels->contacts, &contacts);
 }
 
 /* 1 if the particles' paths may be taken for straight lines from the start of the step to its end.

@@ -258,9 +258,35 @@ static void sum_quanta(struct bridge *bridge, int64_t block, int64_t *pairs, int
     }
 }
 
+/* 1 if none of the found pairs overlaps now. Pairs that were not found are farther than `look`
+ * beyond contact, but for what pushes have taken off that. Only where pairs are few: else a screen
+ * of all particles costs less. */
+static int is_clear(struct bridge *bridge, int64_t pairs, double farthest_push)
+{
+    const struct gbg_state *state = bridge->state;
+    double least = 1.0 - bridge->rule->tolerance;
+    if (8 * pairs > bridge->list->n || 2.0 * farthest_push > 0.99 * bridge->look * bridge->unit) {
+        return 0;
+    }
+    for (int64_t k = 0; k < pairs; k++) {
+        int32_t i = bridge->sorted[2 * k], j = bridge->sorted[2 * k + 1];
+        double squared = 0.0, contact = least * bridge_contact(bridge, i, j);
+        for (int a = 0; a < bridge->dimension; a++) {
+            double d =
+                gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
+                                   gbg_join(state->high[a][j], state->low[a][j]));
+            squared += d * d;
+        }
+        if (squared < contact * contact) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 /* Moves a particle; returns the square of its way since the start of the step, in lengths, or -1
  * if nobody pushed it. *stale: its way since the list was built is too long for the list. */
-static double move(struct bridge *bridge, int64_t i, double slack, int *stale)
+static double move(struct bridge *bridge, int64_t i, double slack, int *stale, double *farthest)
 {
     struct gbg_state *state = bridge->state;
     const int64_t *quanta = bridge->quanta + bridge->dimension * i;
@@ -291,6 +317,7 @@ static double move(struct bridge *bridge, int64_t i, double slack, int *stale)
     if (state->overlapped) {
         state->overlapped[i] = 1;
     }
+    *farthest = pushed > *farthest ? pushed : *farthest;
     *stale |= pushed > slack * slack || gbg_list_moved_squared(bridge->list, i) > slack * slack;
     return squared;
 }
@@ -299,6 +326,7 @@ static int apply_pushes(struct bridge *bridge, struct gbg_contacts *contacts)
 {
     int64_t n = bridge->list->n, pairs = 0, virial = 0;
     double slack = 0.5 * (bridge->list->radius - bridge->list->reach) * 0.999, largest = 0.0;
+    double farthest = 0.0; /* push */
     int stale = 0;
     memset(bridge->quanta, 0, (size_t)(n * bridge->dimension) * sizeof *bridge->quanta);
 #pragma omp parallel num_threads(bridge->threads) reduction(+ : pairs, virial)
@@ -308,15 +336,22 @@ static int apply_pushes(struct bridge *bridge, struct gbg_contacts *contacts)
             sum_quanta(bridge, bridge->order[k], &pairs, &virial);
         }
     }
-#pragma omp parallel for num_threads(bridge->threads) reduction(max : largest) reduction(| : stale)
+#pragma omp parallel for num_threads(bridge->threads) reduction(max                                \
+                                                                : largest, farthest)               \
+    reduction(|                                                                                    \
+              : stale)
     for (int64_t i = 0; i < n; i++) {
-        double squared = move(bridge, i, slack, &stale);
+        double squared = move(bridge, i, slack, &stale, &farthest);
         largest = squared > largest ? squared : largest;
     }
     contacts->pairs = pairs;
     contacts->largest = sqrt(largest);
     contacts->virial = (double)virial * 0x1p-40 * bridge->unit * bridge->unit;
-    return stale ? gbg_list_build(bridge->device, bridge->state, bridge->list) : GBG_OK;
+    if (stale) {
+        return gbg_list_build(bridge->device, bridge->state, bridge->list);
+    }
+    contacts->clear = is_clear(bridge, bridge->first[bridge->n_blocks], sqrt(farthest));
+    return GBG_OK;
 }
 
 int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *state,
@@ -330,6 +365,7 @@ int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *st
                             .threads = device->threads};
     contacts->rounds = contacts->pairs = contacts->left = 0;
     contacts->largest = contacts->virial = 0.0;
+    contacts->clear = 0;
     if (!set_up(&bridge)) {
         return GBG_OK;
     }
@@ -340,6 +376,7 @@ int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *st
     int64_t pairs = sort_by_block(&bridge);
     bridge.threads = pairs < FEW_PAIRS ? 1 : device->threads;
     if (pairs == 0) {
+        contacts->clear = 1;
         return GBG_OK;
     }
     make_records(&bridge);
