@@ -244,16 +244,16 @@ static void sum_quanta(struct bridge *bridge, int64_t block, int64_t *pairs, int
     for (int64_t k = first; k < first + bridge->count[block]; k++) {
         const struct bridge_pair *pair = &bridge->pair[k];
         if (pair->push > 0.0f) {
-            double half = 0.5 * (double)pair->push;
+            double push = (double)pair->push;
             for (int a = 0; a < dimension; a++) {
-                int64_t quanta = (int64_t)rint(half * (double)bridge->normal[dimension * k + a] /
+                int64_t quanta = (int64_t)rint(push * (double)bridge->normal[dimension * k + a] /
                                                bridge->quantum[a]);
                 bridge->quanta[(int64_t)dimension * pair->i + a] += quanta;
                 bridge->quanta[(int64_t)dimension * pair->j + a] -= quanta;
             }
             *pairs += 1;
             *virial += (int64_t)rint(bridge_contact(bridge, pair->i, pair->j) / bridge->unit *
-                                     half * 0x1p40);
+                                     push * 0x1p39);
         }
     }
 }

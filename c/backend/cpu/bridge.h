@@ -12,9 +12,10 @@
 /* What a sweep reads and writes of a pair. */
 struct bridge_pair {
     int32_t i, j;
-    float base; /* distance now - distance at the start, without pushes, on the present line */
-    float gap;  /* g0, at the start */
-    float draw; /* E = -2 S^2 ln U */
+    float half_base;    /* half of z without pushes: of the distance now, on the present line, less
+                         * that    at the start */
+    float gap;          /* g0, at the start */
+    float quarter_draw; /* E/4 = -S^2 ln U / 2 */
     float push; /* p: how far the pair has been pushed apart; a half for each of its discs */
 };
 
@@ -64,7 +65,7 @@ struct bridge {
     struct bridge_found *found; /* chunks x found_capacity */
     int32_t *sorted;            /* two indices a pair, by block */
     struct bridge_pair *pair;   /* by block, in the order of sweeps */
-    float *normal;              /* dimension a pair */
+    float *normal;              /* dimension a pair: half of the unit vector from j to i */
     float *shape;               /* 2 dimension + 1 a pair: start, free, distance */
     int32_t *short_list;        /* by block: places of the pairs in short sweeps */
     struct bridge_raw *raw;     /* threads x most */

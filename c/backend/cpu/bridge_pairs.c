@@ -112,7 +112,7 @@ static inline int measure(const struct bridge *bridge, int32_t i, int32_t j, str
         (near > 0.0 && 4.0 * gap * near >= most)) {
         return 0;
     }
-    raw->pair = (struct bridge_pair){i, j, (float)base, (float)gap, 0.0f, 0.0f};
+    raw->pair = (struct bridge_pair){i, j, (float)(0.5 * base), (float)gap, 0.0f, 0.0f};
     raw->distance = (float)distance;
     for (int a = 0; a < bridge->dimension; a++) {
         raw->start[a] = (float)start[a];
@@ -144,7 +144,7 @@ static void draw(const struct bridge *bridge, struct bridge_raw *raw, bridge_key
     vf_store(exponential, vf_mul(gbg_noise_exponential(word[0]), vf_set(bridge->squared)));
     vi_store(order, word[1]);
     for (int l = 0; l < lanes; l++) {
-        raw[l].pair.draw = exponential[l];
+        raw[l].pair.quarter_draw = 0.25f * exponential[l];
         key[l] = (bridge_key)order[l] << 32 | (uint64_t)(place + l);
     }
 }
@@ -241,11 +241,11 @@ void bridge_make_records(struct bridge *bridge, int64_t block, struct bridge_raw
         const struct bridge_raw *from = &raw[(uint32_t)key[k]];
         float *normal = bridge->normal + dimension * (first + k);
         float *shape = bridge->shape + (2 * dimension + 1) * (first + k);
-        float overlap = -(from->pair.gap + from->pair.base);
+        float overlap = -(from->pair.gap + 2.0f * from->pair.half_base);
         depth = overlap > depth ? overlap : depth;
         bridge->pair[first + k] = from->pair;
         for (int a = 0; a < dimension; a++) {
-            normal[a] = from->start[a] / from->distance;
+            normal[a] = 0.5f * from->start[a] / from->distance;
             shape[a] = from->start[a];
             shape[dimension + a] = from->free[a];
         }

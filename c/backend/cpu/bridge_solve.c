@@ -20,52 +20,47 @@ struct relaxation {
     float omega, tolerance;
 };
 
-/* The push that a pair needs when everything but that push changes its distance by z, drawn nearer
- * by the factor of over-relaxation. Written without branches: whether a pair is pushed cannot be
- * foreseen. */
-static inline float next_push(const struct bridge_pair *pair, float z, float factor)
-{
-    float wanted = 0.5f * (sqrtf(z * z + pair->draw) - z) - pair->gap;
-    wanted = wanted > 0.0f ? wanted : 0.0f;
-    float push = pair->push + factor * (wanted - pair->push);
-    return push > 0.0f ? push : 0.0f;
-}
-
 typedef float two __attribute__((vector_size(8)));
 
 /* Solves a pair for its own push, the others being as they are; returns by how much the push
- * changed. */
+ * changed. All in halves, h = z/2: p = sqrt(h^2 + E/4) - h - g0. Written without branches, for
+ * whether a pair is pushed cannot be foreseen, and so that few operations wait for each other: a
+ * processor has some eight pairs in flight, and the time of a pair is the length of this chain by
+ * that number. Both axes of a flat box go through one register. */
 __attribute__((always_inline)) static inline float
 relax(struct bridge_pair *pair, const float *normal, float *shift, float factor, int dimension)
 {
-    if (dimension == 2) { /* both axes in one register: the loop is bound by its instructions */
-        two n, mine, other;
-        float *to_mine = shift + 2 * (int64_t)pair->i, *to_other = shift + 2 * (int64_t)pair->j;
+    float *mine = shift + (int64_t)dimension * pair->i;
+    float *other = shift + (int64_t)dimension * pair->j, along;
+    two n, flat_mine, flat_other;
+    if (dimension == 2) {
         memcpy(&n, normal, sizeof n);
-        memcpy(&mine, to_mine, sizeof mine);
-        memcpy(&other, to_other, sizeof other);
-        two along = n * (mine - other);
-        float z = pair->base + (along[0] + along[1]) - pair->push;
-        float push = next_push(pair, z, factor), change = push - pair->push, half = 0.5f * change;
-        two part = n * (two){half, half};
-        mine += part;
-        other -= part;
-        memcpy(to_mine, &mine, sizeof mine);
-        memcpy(to_other, &other, sizeof other);
-        pair->push = push;
+        memcpy(&flat_mine, mine, sizeof n);
+        memcpy(&flat_other, other, sizeof n);
+        two product = n * (flat_mine - flat_other);
+        along = product[0] + product[1];
+    } else {
+        along = normal[0] * (mine[0] - other[0]) + normal[1] * (mine[1] - other[1]) +
+                normal[2] * (mine[2] - other[2]);
+    }
+    float old = pair->push, h = along + (pair->half_base - 0.5f * old);
+    float wanted = sqrtf(h * h + pair->quarter_draw) - (h + pair->gap);
+    wanted = wanted > 0.0f ? wanted : 0.0f;
+    float push = factor * wanted + (1.0f - factor) * old;
+    push = push > 0.0f ? push : 0.0f;
+    float change = push - old;
+    pair->push = push;
+    if (dimension == 2) {
+        two part = n * (two){change, change};
+        flat_mine += part;
+        flat_other -= part;
+        memcpy(mine, &flat_mine, sizeof n);
+        memcpy(other, &flat_other, sizeof n);
         return fabsf(change);
     }
-    float *mine = shift + (int64_t)dimension * pair->i;
-    float *other = shift + (int64_t)dimension * pair->j, along = 0.0f;
     for (int a = 0; a < dimension; a++) {
-        along += normal[a] * (mine[a] - other[a]);
-    }
-    float push = next_push(pair, pair->base + along - pair->push, factor);
-    float change = push - pair->push, half = 0.5f * change;
-    pair->push = push;
-    for (int a = 0; a < dimension; a++) {
-        mine[a] += half * normal[a];
-        other[a] -= half * normal[a];
+        mine[a] += change * normal[a];
+        other[a] -= change * normal[a];
     }
     return fabsf(change);
 }
@@ -114,7 +109,7 @@ static float push_again(struct bridge *bridge, int64_t block)
     for (int64_t k = first; k < first + bridge->count[block]; k++) {
         const struct bridge_pair *pair = &bridge->pair[k];
         for (int a = 0; a < dimension && pair->push > 0.0f; a++) {
-            float part = 0.5f * pair->push * bridge->normal[dimension * k + a];
+            float part = pair->push * bridge->normal[dimension * k + a];
             bridge->shift[(int64_t)dimension * pair->i + a] += part;
             bridge->shift[(int64_t)dimension * pair->j + a] -= part;
         }
@@ -178,10 +173,10 @@ static void turn_lines(struct bridge *bridge, int64_t block)
             continue; /* nearly through each other: the line says nothing, the old one stays */
         }
         for (int a = 0; a < dimension; a++) {
-            normal[a] = now[a] / distance;
+            normal[a] = 0.5f * now[a] / distance;
             along += normal[a] * shift[a];
         }
-        pair->base = change / (distance + shape[2 * dimension]) - along;
+        pair->half_base = 0.5f * change / (distance + shape[2 * dimension]) - along;
     }
 }
 
