@@ -81,6 +81,7 @@ struct gbg_contacts {
     int64_t rounds; /* out: rounds (sweeps for the rule bridge) that moved somebody */
     int64_t pairs;  /* out: pushes, or events */
     int64_t left;   /* out: overlapping pairs left (0 unless rounds ran out) */
+    int64_t stopped; /* out: rule event: particles that reached the limit of events a step */
     double largest; /* out: largest move since the start of the step among those corrected */
     double virial;  /* out: sum over pushes of the distance half way times the displacement of one
                        disc */
@@ -194,6 +195,10 @@ struct gbg_kernels {
                   struct gbg_contacts *contacts);
     int (*bridge)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                   struct gbg_contacts *contacts);
+    /* A pair that came closer than contact (1 - tolerance) anywhere on the paths of the last call of
+     * `events`, from the coordinates before the step over all collisions to those now. */
+    int (*events_clear)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                        double tolerance, struct gbg_pair *first);
     /* Pairs closer than contact (1 - tolerance): their number, the one of lowest indices, and the
      * first `capacity` as indices first < second in ascending order (NULL with capacity 0). */
     int (*overlaps)(struct gbg_device *device, struct gbg_state *state, double tolerance,

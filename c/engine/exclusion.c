@@ -19,6 +19,9 @@ static const double cap = 0.25, gentle_cap = 0.02;
  * dense place puts back some ten, and a small run must survive it. */
 static const double spared_count = 32.0, spared_share = 1e-3;
 
+/* Tolerance of bent paths: what rounding leaves between two collisions is far below. */
+static const double path_tolerance = 1e-9;
+
 typedef int (*gbg_corrector)(struct gbg_device *, struct gbg_state *, struct gbg_list *,
                              struct gbg_contacts *);
 
@@ -63,10 +66,17 @@ static int correct(struct gbg_engine *engine, double largest_push)
 
 /* 1 if the particles' paths may be taken for straight lines from the start of the step to its end.
  * A rule that knows its own paths and can show that they are clear belongs here. */
-static int paths_are_straight(const struct gbg_engine *engine)
+static int paths_are_straight(struct gbg_engine *engine)
 {
-    (void)engine;
-    return 1;
+    struct gbg_pair pair = {-1, -1, 0.0};
+    /* a chord between two places at distance >= contact comes nearer than contact/sqrt(2) only if
+     * it is longer than sqrt(2) contact */
+    if (engine->scene.rule != GBG_RULE_EVENT || engine->moved < 0.69 * engine->least_contact) {
+        return 1;
+    }
+    int status = engine->kernels->events_clear(engine->device, &engine->state, engine->contacts,
+                                               path_tolerance, &pair);
+    return status != GBG_OK || pair.first >= 0;
 }
 
 static int certify(struct gbg_engine *engine, struct gbg_certificate *certificate)

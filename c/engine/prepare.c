@@ -38,6 +38,12 @@ static int prepare_step(struct gbg_engine *engine, struct gbg_plan_step *step)
         if (status == GBG_OK) {
             status = kernels->contacts(engine->device, &engine->state, engine->contacts, &none);
         }
+        if (status == GBG_OK && engine->scene.rule == GBG_RULE_EVENT) { /* nobody moves */
+            status = kernels->keep(engine->device, &engine->state);
+            status = status
+                         ? status
+                         : kernels->events(engine->device, &engine->state, engine->contacts, &none);
+        }
         if (status == GBG_OK) { /* for its memory: there is no step yet to certify */
             struct gbg_certificate ignored = {.tolerance = 1e-9};
             status = kernels->certify(engine->device, &engine->state, engine->contacts, &ignored);

@@ -26,6 +26,15 @@ typedef void (*gbg_cpu_lay_row)(const int32_t *index, int32_t *key, int64_t coun
  * largest squared displacement since the list was built. */
 typedef float (*gbg_cpu_follow)(const struct gbg_state *state, struct gbg_list *list, int64_t first,
                                 int64_t end);
+/* For the rule event: free moves of particles first .. end-1 for the screen below, and squares of
+ * the longest and of the largest distance from a start of the step to where the list was built. */
+typedef void (*gbg_cpu_event_moves)(const struct gbg_state *state, const struct gbg_list *list,
+                                    int64_t first, int64_t end, uint32_t *move, float *third,
+                                    float *moved, float *started);
+/* Pairs of a slice (two indices each) whose straight paths come nearer than the limit. */
+typedef int64_t (*gbg_cpu_event_screen)(const struct gbg_list *list, int64_t slice,
+                                        const int32_t *index, const uint32_t *move,
+                                        const float *third, float limit, int32_t *pair);
 
 /* The kernels of one instruction set (c/backend/cpu/kernels.c, compiled once for each). */
 struct gbg_cpu_variant {
@@ -38,6 +47,8 @@ struct gbg_cpu_variant {
     gbg_cpu_follow follow;
     gbg_cpu_certify_moves certify_moves;
     gbg_cpu_certify_screen certify_screen;
+    gbg_cpu_event_moves event_moves;
+    gbg_cpu_event_screen event_screen;
 };
 
 struct gbg_device {

@@ -2,6 +2,7 @@
 #include "backend/cpu/contacts.h"
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/direct.h"
+#include "backend/cpu/events.h"
 #include "backend/cpu/list.h"
 #include "backend/cpu/order.h"
 #include "backend/cpu/search.h"
@@ -16,6 +17,8 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
     .follow = GBG_ISA_NAME(gbg_cpu_follow),
     .certify_moves = GBG_ISA_NAME(gbg_cpu_certify_moves),
     .certify_screen = GBG_ISA_NAME(gbg_cpu_certify_screen),
+    .event_moves = GBG_ISA_NAME(gbg_cpu_event_moves),
+    .event_screen = GBG_ISA_NAME(gbg_cpu_event_screen),
     .kernels =
         {
             .normals = GBG_ISA_NAME(gbg_cpu_normals),
@@ -37,6 +40,8 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .put_back = gbg_put_back,
             .contacts = gbg_contacts,
             .bridge = GBG_ISA_NAME(gbg_cpu_bridge),
+            .events = gbg_events,
+            .events_clear = gbg_events_clear,
             .overlaps = gbg_overlaps,
             .certify = gbg_certify,
             .roll_back = gbg_roll_back,

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "backend/cpu/cpu.h"
+#include "backend/cpu/events.h"
 #include "core/memory.h"
 
 /* Particles that a thread follows at a time: a multiple of every vector. */
@@ -81,7 +82,6 @@ int gbg_list_create(struct gbg_device *device, const struct gbg_state *state, do
 
 void gbg_list_destroy(struct gbg_device *device, struct gbg_list *list)
 {
-    (void)device;
     if (!list) {
         return;
     }
@@ -108,6 +108,7 @@ void gbg_list_destroy(struct gbg_device *device, struct gbg_list *list)
     gbg_release(list->offset);
     gbg_release(list->width);
     gbg_release(list->look);
+    gbg_events_destroy(device, list->events);
     gbg_release(list);
 }
 
@@ -121,6 +122,7 @@ double gbg_list_bytes(const struct gbg_list *list)
     double bytes = (double)list->n * (12.0 * list->dimension + (list->look ? 1.0 : 0.0)) +
                    (double)list->slices * 12.0 + (double)list->grid.cell_capacity * 4.0 +
                    (double)list->grid.particle_capacity * (8.0 + 4.0 * list->dimension);
+    bytes += list->events ? gbg_events_bytes(list->events) : 0.0;
     for (int c = 0; c < list->n_chunks; c++) {
         bytes += (double)list->chunk[c].capacity * 4.0 +
                  (double)list->chunk[c].work_capacity * (8.0 + 8.0 * list->dimension);

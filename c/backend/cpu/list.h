@@ -64,6 +64,7 @@ struct gbg_list {
     struct gbg_grid grid;
     int64_t bridge_found, bridge_most; /* rule bridge: pairs of a chunk and of a block so far */
     unsigned char *look;               /* contact rounds: 1 = to be looked at in the next round */
+    struct gbg_events *events;         /* rule event: work arrays and the paths of the last step */
     int64_t builds;
     uint64_t epoch; /* of the state when the list was built */
 };

@@ -28,6 +28,12 @@ float GBG_ISA_NAME(gbg_cpu_follow)(const struct gbg_state *state, struct gbg_lis
 struct gbg_certify_work;
 int64_t GBG_ISA_NAME(gbg_cpu_screen)(const struct gbg_list *list, int64_t slice,
                                      const int32_t *index, float squared_limit, int32_t *found);
+void GBG_ISA_NAME(gbg_cpu_event_moves)(const struct gbg_state *state, const struct gbg_list *list,
+                                       int64_t first, int64_t end, uint32_t *move, float *third,
+                                       float *moved, float *started);
+int64_t GBG_ISA_NAME(gbg_cpu_event_screen)(const struct gbg_list *list, int64_t slice,
+                                           const int32_t *index, const uint32_t *move,
+                                           const float *third, float limit, int32_t *pair);
 
 void GBG_ISA_NAME(gbg_cpu_certify_moves)(const struct gbg_certify_work *work, int64_t first,
                                          int64_t end, float largest[2]);
