@@ -258,7 +258,7 @@ int gbg_discs_equilibrium(struct gbg_context *context, double packing, int64_t n
 {
     int event = gbg_rule_is_built(context, "event");
     /* event keeps the law of hard discs for any step, so it may take long ones */
-    static const double stage[2][3] = {{0.03, 0.02, 0.01}, {0.05, 0.15, 0.15}};
+    static const double stage[2][3] = {{0.03, 0.02, 0.01}, {0.05, 0.1, 0.1}};
     struct gbg_engine *engine = NULL;
     struct gbg_sample sample = {
         .rule = event ? "event" : "bounce", .temperature = 1.0, .species = 1, .mobility = {1.0}};
@@ -267,7 +267,7 @@ int gbg_discs_equilibrium(struct gbg_context *context, double packing, int64_t n
         sample.dt = stage[event][k] * stage[event][k];
         sample.seed = seed + 1 + k;
         status = gbg_sample_engine(context, &sample, n, x, y, NULL, &engine);
-        status = status ? status : gbg_engine_run(engine, event ? 1000 : 2000);
+        status = status ? status : gbg_engine_run(engine, event ? 400 : 2000);
         status = status ? status : gbg_engine_positions(engine, 1, n, x, y, NULL, 1);
         gbg_engine_destroy(&engine);
     }

@@ -157,7 +157,7 @@ static void mean_velocity(void **state)
 /* A dense suspension of C2 or C4: the sum of all moves of a step is that of noise and of forces, by
  * loops of its own; contacts add nothing, to the rounding of the coordinates. */
 enum { N = 400 };
-static double px[N], py[N], qx[N], qy[N], noise[2 * N];
+static double sx[N], sy[N], px[N], py[N], qx[N], qy[N], noise[2 * N];
 static int32_t kind[N];
 
 static void sum_of_forces(const struct gbg_sample *sample, double sum[2])
@@ -179,10 +179,11 @@ static void sum_of_forces(const struct gbg_sample *sample, double sum[2])
     }
 }
 
-static void momentum_of(struct gbg_context *context, const char *rule, double mobility)
+static void momentum_of(struct gbg_context *context, const char *rule, double mobility, double edge)
 {
     enum { STEPS = 60 };
     struct gbg_sample sample = {.rule = rule,
+                                .edge = edge,
                                 .dt = 0.01,
                                 .temperature = 0.01,
                                 .species = 2,
@@ -195,11 +196,10 @@ static void momentum_of(struct gbg_context *context, const char *rule, double mo
     struct gbg_engine *engine;
     int64_t pushes;
     double worst = 0.0, s = sqrt(sample.temperature * sample.dt), total = 0.0;
-    done(context, gbg_discs_equilibrium(context, 0.6, N, 4, px, py, &sample.edge));
     for (int i = 0; i < N; i++) {
         kind[i] = i / 3 % 2;
     }
-    done(context, gbg_sample_engine(context, &sample, N, px, py, kind, &engine));
+    done(context, gbg_sample_engine(context, &sample, N, sx, sy, kind, &engine));
     for (int step = 0; step < STEPS; step++) {
         double force[2], off[2] = {0.0, 0.0};
         done(context, gbg_engine_positions(engine, 0, N, px, py, NULL, 1));
@@ -230,10 +230,12 @@ static void momentum(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
+    double edge;
+    done(context, gbg_discs_equilibrium(context, 0.6, N, 4, sx, sy, &edge));
     for (int k = 0; k < RULES; k++) {
         if (has_rule(context, rules[k])) {
-            momentum_of(context, rules[k], -2.0);
-            momentum_of(context, rules[k], -4.0);
+            momentum_of(context, rules[k], -2.0, edge);
+            momentum_of(context, rules[k], -4.0, edge);
         }
     }
     gbg_context_destroy(&context);

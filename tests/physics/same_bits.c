@@ -77,18 +77,22 @@ static void hash_of(const struct variant *variant, const char *rule, int active,
     gbg_context_destroy(&context);
 }
 
-static void compare(const char *rule, int active)
+/* One start for all rules of a scene. */
+static double prepare(struct gbg_context *context, int active)
 {
-    struct gbg_context *context = opened_context();
     double edge;
+    done(context, gbg_discs_equilibrium(context, active ? 0.74 : 0.7, N, 8, x, y, &edge));
+    for (int i = 0; i < N; i++) {
+        species[i] = (i * 7 / 3) % 2;
+        ids[i] = 3 * ((i * 389) % N); /* ids in no order of space or of the arrays */
+    }
+    return edge;
+}
+
+static void compare(struct gbg_context *context, const char *rule, int active, double edge)
+{
     char expected[65], text[65];
-    int there = has_rule(context, rule);
-    if (there) {
-        done(context, gbg_discs_equilibrium(context, active ? 0.74 : 0.7, N, 8, x, y, &edge));
-        for (int i = 0; i < N; i++) {
-            species[i] = (i * 7 / 3) % 2;
-            ids[i] = 3 * ((i * 389) % N); /* ids in no order of space or of the arrays */
-        }
+    if (has_rule(context, rule)) {
         for (int k = 0; k < VARIANTS; k++) {
             hash_of(&variants[k], rule, active, edge, text);
             if (k == 0) {
@@ -99,25 +103,30 @@ static void compare(const char *rule, int active)
             assert_string_equal(text, expected);
         }
     }
-    gbg_context_destroy(&context);
 }
 
 static void passive(void **state)
 {
     (void)state;
     static const char *const rules[] = {"event", "bridge", "bounce", "contact", "carter"};
+    struct gbg_context *context = opened_context();
+    double edge = prepare(context, 0);
     for (int k = 0; k < 5; k++) {
-        compare(rules[k], 0);
+        compare(context, rules[k], 0, edge);
     }
+    gbg_context_destroy(&context);
 }
 
 static void active(void **state)
 {
     (void)state;
     static const char *const rules[] = {"bridge", "bounce", "event"};
+    struct gbg_context *context = opened_context();
+    double edge = prepare(context, 1);
     for (int k = 0; k < 3; k++) {
-        compare(rules[k], 1);
+        compare(context, rules[k], 1, edge);
     }
+    gbg_context_destroy(&context);
 }
 
 int main(int argc, char **argv)
