@@ -267,7 +267,7 @@ int gbg_discs_equilibrium(struct gbg_context *context, double packing, int64_t n
         sample.dt = stage[event][k] * stage[event][k];
         sample.seed = seed + 1 + k;
         status = gbg_sample_engine(context, &sample, n, x, y, NULL, &engine);
-        status = status ? status : gbg_engine_run(engine, event ? 400 : 2000);
+        status = status ? status : gbg_engine_run(engine, event ? 400 : 800);
         status = status ? status : gbg_engine_positions(engine, 1, n, x, y, NULL, 1);
         gbg_engine_destroy(&engine);
     }
