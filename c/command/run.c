@@ -233,9 +233,7 @@ static void print_summary(const struct job *job)
     if (cores) {
         printf("put back       %lld moves, %.1e of all", (long long)reverted, fraction);
         if (repeated > 0) {
-            printf("; %lld steps, in which contacts had carried a pair through each other, were "
-                   "corrected twice",
-                   (long long)repeated);
+            printf("; %lld steps were corrected twice", (long long)repeated);
         }
         printf("\n");
     }

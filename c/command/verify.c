@@ -107,18 +107,24 @@ static void check_own_images(struct verifier *verifier)
     }
 }
 
+/* The straight path of j seen from i, from the frame before to this one: nearer than
+ * contact/sqrt(2) to i it leads from one side of i to the other, because two places outside contact
+ * with no more than a right angle between them have no nearer point of their connecting line. */
 static void check_passing(void *user, int64_t i, int64_t j, const double d[3], double distance)
 {
     struct verifier *verifier = user;
-    double dot = 0, square = 0;
+    double dot = 0, square = 0, path = 0;
     for (int a = 0; a < verifier->frames.dimension; a++) {
-        double now = d[a] + verifier->move[a][j] - verifier->move[a][i];
-        dot += d[a] * now;
+        double move = verifier->move[a][j] - verifier->move[a][i], now = d[a] + move;
+        dot -= d[a] * move;
+        path += move * move;
         square += now * now;
     }
     double contact = contact_of(verifier, i, j);
     double least = contact - allowance(verifier, contact);
-    if (contact > 0 && dot < 0 && distance >= least && sqrt(square) >= least) {
+    double nearest = distance * distance - (path > 0 ? dot * dot / path : 0);
+    if (contact > 0 && dot > 0 && dot < path && nearest < 0.5 * least * least &&
+        distance >= least && sqrt(square) >= least) {
         verifier->verdict.passed++;
         print_violation(verifier, "passed through each other since the frame before", i, j,
                         sqrt(square), contact);
@@ -143,9 +149,9 @@ static double find_moves(struct verifier *verifier)
     return sqrt(largest);
 }
 
-/* Discs pass through each other when their distance vector is reversed in one step. With moves of
- * at most m this needs a pair closer than 2 m before the step, and 2 m above the contact distance
- * times sqrt 2, so that small moves settle the question without looking at pairs. */
+/* With moves of at most m a path as above needs a pair closer than 2 m + contact/sqrt(2) before the
+ * step, and 2 m above contact times sqrt(2), so that small moves settle the question without
+ * looking at pairs. */
 static int check_step(struct verifier *verifier)
 {
     struct gbg_frames *frames = &verifier->frames;
@@ -158,12 +164,13 @@ static int check_step(struct verifier *verifier)
     if (2 * move < 1.4 * verifier->smallest) {
         return GBG_EXIT_DONE;
     }
-    if (2 * move >= half) {
+    double reach = 2 * move + verifier->largest / sqrt(2.0);
+    if (reach >= half) {
         verdict->undecided++;
         return GBG_EXIT_DONE;
     }
-    return gbg_visit_pairs(frames->dimension, frames->length, frames->n, verifier->previous,
-                           2 * move, check_passing, verifier)
+    return gbg_visit_pairs(frames->dimension, frames->length, frames->n, verifier->previous, reach,
+                           check_passing, verifier)
                ? gbg_complain(GBG_EXIT_FAILED, "no memory to look at %lld particles",
                               (long long)frames->n)
                : GBG_EXIT_DONE;

@@ -5,6 +5,7 @@
 
 #include "core/memory.h"
 #include "engine/engine.h"
+#include "engine/relax.h"
 
 static int device_array(struct gbg_engine *engine, void *pointer, size_t size, const char *what)
 {
@@ -221,6 +222,9 @@ int gbg_engine_make(struct gbg_scene *scene, const struct gbg_particles *particl
     made->scene = *scene;
     memset(&made->scene.arrays, 0, sizeof made->scene.arrays);
     status = fill_engine(made, scene, particles);
+    if (status == GBG_OK && scene->separate == GBG_OVERLAPPING_RELAX) {
+        status = gbg_engine_relax(made, "gbg_engine_create");
+    }
     if (status == GBG_OK) {
         status = gbg_engine_check_overlaps(made, "gbg_engine_create");
     }

@@ -39,14 +39,12 @@ static int apply(struct gbg_engine *engine, gbg_corrector kernel, struct gbg_con
 }
 
 /* The rule, and rounds for what it leaves; what these leave is for the certificate to find. */
-static int correct(struct gbg_engine *engine, double largest_push)
+static int correct(struct gbg_engine *engine, int parting, double largest_push)
 {
     const struct gbg_kernels *kernels = engine->kernels;
     int rule = engine->scene.rule;
     struct gbg_contacts contacts = {
-        .parting = rule == GBG_RULE_CONTACT  ? GBG_PARTING_CONTACT
-                   : rule == GBG_RULE_CARTER ? GBG_PARTING_CARTER
-                                             : GBG_PARTING_BOUNCE,
+        .parting = parting,
         .max_rounds = engine->scene.max_rounds,
         .tolerance = of_rules,
         .cap = largest_push,
@@ -98,17 +96,28 @@ static int is_clean(const struct gbg_certificate *certificate)
     return certificate->overlapping == 0 && certificate->passed == 0;
 }
 
-/* The step once more with small pushes. */
+static int parting_of(int rule)
+{
+    return rule == GBG_RULE_CONTACT  ? GBG_PARTING_CONTACT
+           : rule == GBG_RULE_CARTER ? GBG_PARTING_CARTER
+                                     : GBG_PARTING_BOUNCE;
+}
+
+/* The step once more: with small pushes if pushes had carried a pair through each other; with
+ * pushes to contact if rounds ran out, because those to the mirror distance never end near close
+ * packing, where what one pair gains another loses. */
 static int correct_gently(struct gbg_engine *engine, struct gbg_certificate *certificate)
 {
+    int crowded = certificate->passed == 0;
+    int parting = crowded ? GBG_PARTING_CONTACT : parting_of(engine->scene.rule);
     int status = engine->kernels->put_back(engine->device, &engine->state);
     if (status == GBG_OK) {
         status = engine->kernels->integrate(engine->device, &engine->state, &engine->noise,
                                             engine->step, engine->scene.dt, 1, &engine->moves);
     }
-    engine->moved = 1e300; /* lists do not know the way back */
+    engine->state.epoch++; /* lists do not know the way back */
     engine->repeated++;
-    status = status ? status : correct(engine, gentle_cap);
+    status = status ? status : correct(engine, parting, crowded ? cap : gentle_cap);
     return status ? status : certify(engine, certificate);
 }
 
@@ -150,13 +159,13 @@ int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *ste
 {
     (void)step;
     struct gbg_certificate certificate;
-    int status = correct(engine, cap);
+    int status = correct(engine, parting_of(engine->scene.rule), cap);
     status = status ? status : certify(engine, &certificate);
     if (status != GBG_OK || is_clean(&certificate)) {
         return status;
     }
     /* free moves so short cannot have carried a pair through each other: pushes did */
-    if (certificate.passed > 0 && engine->moves.total < engine->least_contact / sqrt(2.0)) {
+    if (engine->moves.total < engine->least_contact / sqrt(2.0)) {
         status = correct_gently(engine, &certificate);
     }
     if (status == GBG_OK && !is_clean(&certificate)) {

@@ -4,6 +4,7 @@
 #include "core/memory.h"
 #include "core/sha256.h"
 #include "engine/engine.h"
+#include "engine/relax.h"
 
 /* One axis of words in host memory, reused by every transfer. */
 static int need_words(struct gbg_engine *engine)
@@ -87,8 +88,48 @@ int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points
     return status;
 }
 
+/* Coordinates and image counts as they are, to be put back; one block, released by the caller. */
+static int copy_places(struct gbg_engine *engine, uint64_t **block, uint64_t **fraction,
+                       int32_t **image)
+{
+    int64_t n = engine->state.owned;
+    int status = gbg_allocate(engine->context, (void **)block, 6 * n, 8, "positions before");
+    for (int a = 0; status == GBG_OK && a < engine->state.box.dimension; a++) {
+        fraction[a] = *block + a * n;
+        image[a] = (int32_t *)(*block + (3 + a) * n);
+        status = gbg_engine_copy_fractions(engine, a, fraction[a]);
+        if (status == GBG_OK && engine->state.image[a]) {
+            status = gbg_engine_copy_images(engine, a, image[a]);
+        }
+    }
+    return status;
+}
+
+/* New places with their overlaps relaxed; where that fails everything is as before. */
+static int replace_and_relax(struct gbg_engine *engine, const struct gbg_points *points)
+{
+    uint64_t *block = NULL, *fraction[3];
+    int32_t *image[3];
+    int status = gbg_engine_order_by_id(engine);
+    status = status ? status : copy_places(engine, &block, fraction, image);
+    if (status == GBG_OK) {
+        status = gbg_engine_encode(engine, points);
+        status = status ? status : gbg_engine_relax(engine, "gbg_engine_set_positions");
+        status = status ? status : gbg_engine_check_overlaps(engine, "gbg_engine_set_positions");
+        if (status != GBG_OK) {
+            gbg_engine_restore(engine, engine->step, (const uint64_t *const *)fraction,
+                               (const int32_t *const *)image);
+        }
+    }
+    gbg_release(block);
+    return status;
+}
+
 int gbg_engine_replace(struct gbg_engine *engine, const struct gbg_points *points)
 {
+    if (engine->contact > 0.0 && engine->scene.separate == GBG_OVERLAPPING_RELAX) {
+        return replace_and_relax(engine, points);
+    }
     /* without cores nothing can be refused, and nothing need be kept; the pair that a refusal names
      * must not depend on the order in memory */
     int cores = engine->contact > 0.0;

@@ -6,7 +6,7 @@
 #include "scene/scene.h"
 
 /* What a draw is for: the top 8 bits of the id in its counter. */
-enum gbg_draw { GBG_DRAW_SITE, GBG_DRAW_SPECIES, GBG_DRAW_JITTER, GBG_DRAW_INSERTION };
+enum gbg_draw { GBG_DRAW_SITE, GBG_DRAW_SPECIES, GBG_DRAW_JITTER, GBG_DRAW_INSERTION, GBG_DRAW_UNIFORM };
 
 /* `dimension` uniform numbers in (0,1) for one try of one item (item below 2^48). */
 static inline void gbg_draw(const struct gbg_scene *scene, enum gbg_draw use, int64_t item,

@@ -65,6 +65,7 @@ static const cyaml_schema_value_t force = {
 static const cyaml_schema_field_t exclusion_fields[] = {
     VALUE(gbg_file_exclusion, rule),
     VALUE(gbg_file_exclusion, neighbours),
+    VALUE(gbg_file_exclusion, start),
     VALUE(gbg_file_exclusion, max_rounds),
     VALUE(gbg_file_exclusion, reverted),
     VALUE(gbg_file_exclusion, skin),

@@ -37,7 +37,7 @@ struct gbg_file_force {
 };
 
 struct gbg_file_exclusion {
-    char *rule, *neighbours, *max_rounds, *reverted, *skin;
+    char *rule, *neighbours, *start, *max_rounds, *reverted, *skin;
 };
 
 struct gbg_file_noise {

@@ -20,7 +20,7 @@ static void start_on_lattice(struct gbg_scene *scene)
 
 static void start_at_random(struct gbg_scene *scene)
 {
-    starts_from(scene, GBG_START_INSERTION);
+    starts_from(scene, scene->start); /* the choice has been set */
 }
 
 static void start_from_file(struct gbg_scene *scene)
@@ -70,8 +70,10 @@ const struct gbg_option gbg_scene_options[] = {
           "share of the lattice sites that stays empty, or a little more"),
     PLAIN("particles.start.jitter", GBG_REAL, jitter, "0", "[0, 1]",
           "random shift over half the free gap between neighbours: never an overlap"),
-    OPTION("particles.start.random", GBG_CHOICE, start, "not given", "insertion",
-           "start by random insertion without overlap, large particles first",
+    OPTION("particles.start.random", GBG_CHOICE, start, "not given",
+           "insertion, uniform",
+           "start by random insertion without overlap, large particles first; or at points that "
+           "know nothing of each other, for particles without cores or excluded_volume.start relax",
            GBG_START_INSERTION, start_at_random),
     OPTION("particles.start.file", GBG_TEXT, start_file, "not given", "a path",
            "start from a trajectory, a restart file or a text file", 0, start_from_file),
@@ -84,9 +86,12 @@ const struct gbg_option gbg_scene_options[] = {
           "without a rule means auto"),
     PLAIN("excluded_volume.neighbours", GBG_CHOICE, neighbours, "auto", "auto, grid, delaunay",
           "how close pairs are found; delaunay is not in this version"),
+    PLAIN("excluded_volume.start", GBG_CHOICE, separate, "refuse", "refuse, relax",
+          "what is done with a start in which cores overlap: refuse, or move particles until none "
+          "do, which is refused too where it does not succeed"),
     PLAIN("excluded_volume.max_rounds", GBG_INTEGER, max_rounds, "1000", "[1, 1000000000]",
-          "rounds of contact corrections in a step; pairs that overlap then are put back to where "
-          "they were before it"),
+          "rounds of contact corrections in a step, after which it is made once more with pushes to "
+          "contact only; pairs that then overlap are put back to where they were before it"),
     PLAIN("excluded_volume.reverted", GBG_REAL, reverted, "1e-06", "[0, 1]",
           "largest share of all moves of a run that may be put back because the particle overlaps "
           "or passed through another; 32 particles, or 1 in 1000, are allowed whatever its length "

@@ -21,6 +21,7 @@ enum gbg_rule {
     GBG_RULE_CONTACT,
     GBG_RULE_CARTER
 };
+enum gbg_overlapping { GBG_OVERLAPPING_REFUSE, GBG_OVERLAPPING_RELAX };
 enum gbg_neighbour_choice { GBG_NEIGHBOURS_AUTO, GBG_NEIGHBOURS_GRID, GBG_NEIGHBOURS_DELAUNAY };
 enum gbg_dynamics { GBG_DYNAMICS_NONE, GBG_DYNAMICS_BROWNIAN };
 enum gbg_limit_by { GBG_LIMIT_NONE, GBG_LIMIT_CLAMP, GBG_LIMIT_REDRAW };
@@ -29,6 +30,7 @@ enum gbg_start {
     GBG_START_NONE,
     GBG_START_LATTICE,
     GBG_START_INSERTION,
+    GBG_START_UNIFORM, /* after insertion: the order of the choices of particles.start.random */
     GBG_START_FILE,
     GBG_START_ARRAYS
 };
@@ -87,6 +89,7 @@ struct gbg_scene {
     int rule;           /* enum gbg_rule: excluded volume; NONE when the scene has none */
     int neighbours;     /* enum gbg_neighbour_choice */
     int64_t max_rounds; /* of contact corrections in a step */
+    int separate;       /* enum gbg_overlapping: what is done with an overlapping start */
     double reverted;    /* largest share of particle-steps that may be put back */
 
     int dynamics; /* enum gbg_dynamics */

@@ -103,6 +103,25 @@ int gbg_start_lattice(struct gbg_scene *scene, struct gbg_particles *particles)
     return status;
 }
 
+/* Points that know nothing of each other. */
+static int start_uniform(struct gbg_scene *scene, struct gbg_particles *particles)
+{
+    int status = gbg_particles_allocate(scene->context, scene->n, scene->dimension, particles);
+    if (status != GBG_OK) {
+        return status;
+    }
+    for (int64_t i = 0; i < scene->n; i++) {
+        double point[3];
+        gbg_draw(scene, GBG_DRAW_UNIFORM, i, 0, scene->dimension, point);
+        for (int a = 0; a < scene->dimension; a++) {
+            particles->position[a][i] = scene->origin[a] + scene->length[a] * point[a];
+        }
+        particles->id[i] = i;
+    }
+    shuffle_species(scene, particles);
+    return GBG_OK;
+}
+
 int gbg_scene_start(struct gbg_scene *scene, struct gbg_particles *particles)
 {
     *particles = (struct gbg_particles){.dimension = scene->dimension};
@@ -112,6 +131,7 @@ int gbg_scene_start(struct gbg_scene *scene, struct gbg_particles *particles)
     if (scene->n == 0) {
         return gbg_particles_allocate(scene->context, 0, scene->dimension, particles);
     }
-    return scene->start == GBG_START_LATTICE ? gbg_start_lattice(scene, particles)
-                                             : gbg_start_insertion(scene, particles);
+    return scene->start == GBG_START_LATTICE   ? gbg_start_lattice(scene, particles)
+           : scene->start == GBG_START_UNIFORM ? start_uniform(scene, particles)
+                                               : gbg_start_insertion(scene, particles);
 }

@@ -30,7 +30,8 @@ GBG_API int gbg_engine_box(const struct gbg_engine *engine, double *lengths, dou
  * 0 unwrapped (needs the scene option output.trajectory.unwrapped). z NULL in two dimensions. */
 GBG_API int gbg_engine_positions(struct gbg_engine *engine, int wrapped, int64_t n, double *x,
                                  double *y, double *z, ptrdiff_t step);
-/* Replaces the coordinates (same order); refused if hard cores would overlap. */
+/* Replaces the coordinates (same order); where hard cores overlap they are refused, or parted first
+ * if the scene has excluded_volume.start relax. What is refused leaves the old coordinates. */
 GBG_API int gbg_engine_set_positions(struct gbg_engine *engine, int64_t n, const double *x,
                                      const double *y, const double *z, ptrdiff_t step);
 /* Forces on all particles at the present positions, in the order in which they were added. */
@@ -49,8 +50,8 @@ GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t 
 
 /* Counters and quantities by name. Integers: "step", "particles", "species", "threads",
  * "list_builds", "contact_rounds" (sum over steps), "contact_pairs" (pushes, sum over steps),
- * "repeated" (steps whose contacts were corrected once more with small pushes, because pushes of
- * several contacts had carried a pair through each other) and "reverted" (particles put back to
+ * "repeated" (steps whose contacts were corrected once more, because pushes of several contacts had
+ * carried a pair through each other or because rounds ran out) and "reverted" (particles put back to
  * where they were before the step because they overlapped or had passed through another after all
  * corrections; both sums over steps), "overlaps_left" (pairs that overlap now, counted afresh over
  * all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step),

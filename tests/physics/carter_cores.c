@@ -66,8 +66,12 @@ static void run(const char *directory, int configuration, const char *range, int
         least = fmin(least, smallest_distance((int)n, lengths[0]));
     }
     gbg_engine_integer(engine, "contact_rounds", &rounds);
-    print_message("c%d %s: %d steps, %.2f rounds a step, smallest distance 1 %+.1e\n",
-                  configuration, range, steps, (double)rounds / steps, least - 1.0);
+    double reverted;
+    gbg_engine_real(engine, "reverted_fraction", &reverted);
+    print_message("c%d %s: %d steps, %.2f rounds a step, smallest distance 1 %+.1e, %.1e of all "
+                  "moves put back\n",
+                  configuration, range, steps, (double)rounds / steps, least - 1.0, reverted);
+    assert_true(reverted <= 1e-6);
     assert_true(least >= 1.0 - 1e-12 - 4.0 * lengths[0] * 1.2e-16);
     gbg_engine_destroy(&engine);
     gbg_scene_destroy(&scene);
