@@ -39,6 +39,7 @@ struct round {
     const struct gbg_contacts *rule;
     const struct table *table;
     gbg_cpu_screen screen;
+    float limit; /* squared: largest contact distance with room for the rounding of 32 bits */
     double virial_unit; /* virials are summed in integers, so that their order cannot show */
 };
 
@@ -171,11 +172,10 @@ static int reserve(struct gbg_device *device, struct gbg_list *list)
 static void screen(const struct round *round, struct gbg_chunk *chunk)
 {
     const struct gbg_list *list = round->list;
-    float limit = (float)(round->table->largest * round->table->largest * (1.0 + 1e-5));
     chunk->n_look = 0;
     for (int64_t slice = chunk->first_slice; slice < chunk->end_slice; slice++) {
-        chunk->n_look += round->screen(list, slice, chunk->index + list->offset[slice], limit,
-                                       chunk->look + chunk->n_look);
+        chunk->n_look += round->screen(list, slice, chunk->index + list->offset[slice],
+                                       round->limit, chunk->look + chunk->n_look);
     }
 }
 
@@ -225,9 +225,36 @@ static void cut_sum(const struct round *round, int64_t i, int64_t push[3])
     }
 }
 
+/* Whether a particle may touch one of its list, by 32-bit coordinates with room for rounding. In
+ * the plane the third axis is a copy of the first with scale 0: no branch for each pair. */
+struct nearness {
+    const uint32_t *local[3];
+    float scale[3], limit;
+};
+
+static struct nearness make_nearness(const struct round *round)
+{
+    const struct gbg_list *list = round->list;
+    struct nearness near = {.limit = round->limit};
+    for (int a = 0; a < 3; a++) {
+        near.local[a] = list->local[a < list->dimension ? a : 0];
+        near.scale[a] = a < list->dimension ? list->scale[a] : 0.0f;
+    }
+    return near;
+}
+
+static inline int may_touch(const struct nearness *near, int64_t i, int64_t j)
+{
+    float x = (float)(int32_t)(near->local[0][i] - near->local[0][j]) * near->scale[0];
+    float y = (float)(int32_t)(near->local[1][i] - near->local[1][j]) * near->scale[1];
+    float z = (float)(int32_t)(near->local[2][i] - near->local[2][j]) * near->scale[2];
+    return x * x + y * y + z * z < near->limit;
+}
+
 static void find_pushes(const struct round *round, struct gbg_chunk *chunk)
 {
     const struct gbg_list *list = round->list;
+    const struct nearness near = make_nearness(round);
     chunk->n_move = 0;
     chunk->pairs = 0;
     chunk->virial = 0;
@@ -237,7 +264,7 @@ static void find_pushes(const struct round *round, struct gbg_chunk *chunk)
         int64_t push[3] = {0, 0, 0};
         for (int32_t k = 0; k < list->width[slice]; k++) {
             int64_t j = index[(int64_t)k * GBG_SLICE];
-            if (j != i && push_pair(round, i, j, push, &chunk->virial)) {
+            if (may_touch(&near, i, j) && j != i && push_pair(round, i, j, push, &chunk->virial)) {
                 pairs++;
                 chunk->pairs += i < j;
             }
@@ -344,6 +371,7 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
                           contacts,
                           &table,
                           device->variant->screen,
+                          (float)(table.largest * table.largest * (1.0 + 1e-5)),
                           0x1p-40 * table.largest * table.largest};
     int status = reserve(device, list), all = 0;
     int64_t virial = 0;
