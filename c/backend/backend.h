@@ -125,6 +125,7 @@ struct gbg_search_report {
     int64_t rows;       /* neighbours of all particles: twice the number of pairs */
     int64_t candidates; /* distances looked at for them, both directions */
     int64_t cells[3];
+    double edge;  /* shortest edge of a cell */
     int searched; /* 0: an earlier list was still good */
     /* two particles in one cell, for GBG_SEARCH_OCCUPANCY: the first such pair; first -1: none */
     struct gbg_pair crowded;

@@ -167,16 +167,14 @@ void gbg_neighbours_text(const struct gbg_neighbours *neighbours, size_t capacit
         snprintf(text, capacity, "brute");
         return;
     }
-    double edge = INFINITY;
     char cells[80] = "";
     for (int a = 0, at = 0; a < neighbours->box.dimension; a++) {
         int64_t count = neighbours->report.cells[a];
-        edge = fmin(edge, neighbours->box.length[a] / (double)count);
         at += snprintf(cells + at, sizeof cells - (size_t)at, "%s%lld", a ? "x" : "",
                        (long long)count);
     }
     int at = snprintf(text, capacity, "%s, %s cells of %.3g radius", names[plan->method], cells,
-                      edge / plan->radius);
+                      neighbours->report.edge / plan->radius);
     if (plan->skin > 0.0 && at > 0 && (size_t)at < capacity) {
         snprintf(text + at, capacity - (size_t)at, ", list with skin %g (%s)", plan->skin,
                  neighbours->report.searched ? "made" : "kept");

@@ -77,6 +77,31 @@ static void one_handle_takes_sets_of_any_size(void **state)
     gbg_context_destroy(&context);
 }
 
+/* All particles in a small part of the box, across its edge: cells cover that part only. */
+static void a_cluster_does_not_cost_all_pairs(void **state)
+{
+    (void)state;
+    struct gbg_context *context = context_of("cpu");
+    const struct set *set = &sets[15];
+    assert_string_equal(set->name, "cluster");
+    for (int dimension = 2; dimension <= 3; dimension++) {
+        double candidates, each;
+        char text[100];
+        for (int64_t i = 0; i < dimension * MOST; i++) {
+            r[i % dimension][i / dimension] = set->length[0] - 8.0 + 20.0 * uniform((uint64_t)i);
+        }
+        struct gbg_neighbours *neighbours = found(context, set, dimension, "auto", 0.0, MOST);
+        assert_int_equal(gbg_neighbours_statistic(neighbours, "candidates", &candidates), GBG_OK);
+        assert_int_equal(gbg_neighbours_statistic(neighbours, "neighbours", &each), GBG_OK);
+        assert_int_equal(gbg_neighbours_describe(neighbours, 100, text), GBG_OK);
+        print_message("%dD: %s; %.1f candidates for each of %.1f neighbours\n", dimension, text,
+                      candidates / (each * MOST), each);
+        assert_true(candidates < 0.15 * MOST * MOST);
+        gbg_neighbours_destroy(&neighbours);
+    }
+    gbg_context_destroy(&context);
+}
+
 static void arrays_that_are_too_small(void **state)
 {
     (void)state;
@@ -217,6 +242,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_are_made_again_when_they_must),
         cmocka_unit_test(one_handle_takes_sets_of_any_size),
+        cmocka_unit_test(a_cluster_does_not_cost_all_pairs),
         cmocka_unit_test(arrays_that_are_too_small),
         cmocka_unit_test(refusals),
         cmocka_unit_test(allocations_that_fail),

@@ -215,6 +215,35 @@ static void encode(struct gbg_device *device, struct gbg_search *search,
     }
 }
 
+/* Cells, fractions (unless there are no points, which says that they are there) and keys. A set for
+ * which there would be far more cells than particles may stand in a small part of the box. */
+static int place(struct gbg_device *device, struct gbg_search *search,
+                 const struct gbg_points *points, double reach)
+{
+    for (int a = 0; a < 3; a++) {
+        search->origin[a] = 0;
+        search->zoom[a] = 0;
+    }
+    search->crowded = 0;
+    int status = gbg_search_choose_cells(device, search, reach);
+    if (status != GBG_OK) {
+        return status;
+    }
+    int with_keys = search->plan.method != GBG_SEARCH_BRUTE;
+    if (!search->crowded) {
+        encode(device, search, points, with_keys);
+        return GBG_OK;
+    }
+    encode(device, search, points, 0);
+    if (gbg_search_zoom(search)) {
+        status = gbg_search_choose_cells(device, search, reach);
+    }
+    if (status == GBG_OK) {
+        encode(device, search, NULL, 1);
+    }
+    return status;
+}
+
 /* First key whose slots start at or after `slot`. */
 static int64_t key_at(const struct gbg_search *search, int64_t slot)
 {
@@ -376,12 +405,8 @@ static int make_list(struct gbg_device *device, struct gbg_search *search)
     /* a part in 10^12 more, so that a rounded sum of two roundings cannot lose a pair */
     double reach = (search->plan.radius + search->plan.skin) * (1.0 + 1e-12);
     search->has_list = 0;
-    int status = gbg_search_choose_cells(device, search, reach);
-    if (status != GBG_OK) {
-        return status;
-    }
-    encode(device, search, NULL, 1);
-    status = gbg_search_sort(device, search);
+    int status = place(device, search, NULL, reach);
+    status = status ? status : gbg_search_sort(device, search);
     if (status != GBG_OK) {
         return status;
     }
@@ -444,11 +469,10 @@ static int search_anew(struct gbg_device *device, struct gbg_search *search,
                        const struct gbg_points *points, struct gbg_pair *crowded)
 {
     int brute = search->plan.method == GBG_SEARCH_BRUTE;
-    int status = gbg_search_choose_cells(device, search, search->plan.radius);
+    int status = place(device, search, points, search->plan.radius);
     if (status != GBG_OK) {
         return status;
     }
-    encode(device, search, points, !brute);
     set_radius(search, search->plan.radius);
     start_counts(search, 0);
     if (brute) {
@@ -501,6 +525,11 @@ int gbg_search_update(struct gbg_device *device, struct gbg_search *search,
     }
     for (int a = 0; a < 3; a++) {
         report->cells[a] = search->cells[a];
+    }
+    report->edge = INFINITY;
+    for (int a = 0; a < search->box.dimension; a++) {
+        double part = ldexp(search->box.length[a], -search->zoom[a]);
+        report->edge = fmin(report->edge, part / search->cells[a]);
     }
     search->has_result = 1;
     return GBG_OK;

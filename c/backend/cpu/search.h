@@ -39,6 +39,10 @@ struct gbg_search {
 
     /* Cells: key = cell << sub | octant, x fastest. A key's interval is half open and found from
      * the fraction by integers alone. */
+    /* Where all particles stand in a part of an axis, cells cover only that: fractions are counted
+     * from `origin` and their top `zoom` bits, which are zero, dropped. */
+    uint64_t origin[3];
+    int zoom[3], crowded; /* crowded: larger cells were taken than asked for */
     int cells[3], around[3], sub;
     int64_t n_keys, key_capacity;
     int rows, row_keys; /* inside the box: rows of candidates of a key, and the keys of each */
@@ -107,6 +111,8 @@ int gbg_search_block(struct gbg_device *device, struct gbg_search *search,
 
 /* Cells for a reach (the radius, with a skin more) and the shifts of local coordinates. */
 int gbg_search_choose_cells(struct gbg_device *device, struct gbg_search *search, double reach);
+/* Cells for the part of the box that the particles take, where it is small; 0: it is not. */
+int gbg_search_zoom(struct gbg_search *search);
 /* Sorts the encoded particles by key into `particle` and `local`. */
 int gbg_search_sort(struct gbg_device *device, struct gbg_search *search);
 /* Memory for n particles. */

@@ -10,7 +10,7 @@
  * rounding of a length can put a neighbour beyond the cells that are looked at. */
 static const double EDGE_MARGIN = 1e-9;
 
-enum { BUCKETS_MAX = 1024, BUCKET_LEAST = 512 };
+enum { BUCKETS_MAX = 1024, BUCKET_LEAST = 512, ZOOM_MOST = 32 };
 
 /* Cells of edge >= the edge asked for, but not many more keys than particles in all. */
 static void choose_wide(struct gbg_search *search)
@@ -19,11 +19,12 @@ static void choose_wide(struct gbg_search *search)
     double wanted[3] = {1.0, 1.0, 1.0}, most = fmin(4.0 * (double)search->n + 1024.0, 0x1p30);
     double product = search->plan.method == GBG_SEARCH_OCTANT ? 1 << dimension : 1;
     for (int a = 0; a < dimension; a++) {
-        double length = search->box.length[a];
+        double length = ldexp(search->box.length[a], -search->zoom[a]);
         double edge = search->plan.edge * (1.0 + EDGE_MARGIN) + length * 0x1p-31;
         wanted[a] = fmax(1.0, floor(length / edge));
         product *= wanted[a];
     }
+    search->crowded = product > most;
     while (product > most) {
         int longest = 0;
         for (int a = 1; a < dimension; a++) {
@@ -63,11 +64,15 @@ static void choose_reach(struct gbg_search *search, double reach)
 {
     double farthest = search->plan.radius + 3.0 * search->plan.skin;
     for (int a = 0; a < search->box.dimension; a++) {
-        double length = search->box.length[a], edge = length / search->cells[a];
-        search->around[a] = search->plan.method == GBG_SEARCH_OCTANT
-                                ? 1
-                                : (int)ceil(reach * (1.0 + 0.5 * EDGE_MARGIN) / edge);
+        double length = search->box.length[a], part = ldexp(length, -search->zoom[a]);
+        double edge = part / search->cells[a];
+        search->around[a] =
+            search->plan.method == GBG_SEARCH_OCTANT
+                ? 1
+                : (int)fmin(search->cells[a], ceil(reach * (1.0 + 0.5 * EDGE_MARGIN) / edge));
         double period = length, apart = fmax(farthest, (search->around[a] + 1) * edge) * 1.001;
+        apart = search->zoom[a] > 0 ? fmax(apart, part)
+                                    : apart; /* the ends of the part are neighbours */
         int shift = 0;
         while (shift < 31 && period * 0.25 >= apart) {
             period *= 0.5;
@@ -126,6 +131,34 @@ int gbg_search_choose_cells(struct gbg_device *device, struct gbg_search *search
         search->key_capacity = status == GBG_OK ? wanted : 0;
     }
     return status;
+}
+
+/* The part of each axis that the particles take, if it is less than half: a power of two. */
+int gbg_search_zoom(struct gbg_search *search)
+{
+    int zoomed = 0, threads = gbg_search_threads(search, search->n);
+    (void)threads;
+    for (int a = 0; a < search->box.dimension && search->n > 0; a++) {
+        const uint64_t *fraction = search->fraction[a];
+        int64_t low = 0, high = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(min                       \
+                                                                         : low) reduction(max      \
+                                                                                          : high)
+        for (int64_t i = 0; i < search->n; i++) {
+            int64_t from_first = (int64_t)(fraction[i] - fraction[0]);
+            low = from_first < low ? from_first : low;
+            high = from_first > high ? from_first : high;
+        }
+        uint64_t spread = (uint64_t)high - (uint64_t)low;
+        int zoom = 0;
+        while (zoom < ZOOM_MOST && spread < UINT64_C(1) << (63 - zoom)) {
+            zoom++;
+        }
+        search->origin[a] = zoom > 0 ? fraction[0] + (uint64_t)low : 0;
+        search->zoom[a] = zoom;
+        zoomed |= zoom > 0;
+    }
+    return zoomed;
 }
 
 struct span {

@@ -33,7 +33,7 @@ INLINE void keys_of(struct gbg_search *search, int64_t begin, int64_t end, const
     for (int64_t i = begin; i < end; i++) {
         uint32_t cell = 0, octant = 0;
         for (int a = dimension - 1; a >= 0; a--) {
-            uint64_t high = search->fraction[a][i] >> 32;
+            uint64_t high = (search->fraction[a][i] - search->origin[a]) << search->zoom[a] >> 32;
             uint64_t halves = high * (uint64_t)(search->cells[a] << (sub > 0)) >> 32;
             cell = cell * (uint32_t)search->cells[a] + (uint32_t)(halves >> (sub > 0));
             octant |= sub ? (uint32_t)(halves & 1) << a : 0;
