@@ -75,7 +75,7 @@ contains
       ! 'auto' (the default), 'grid', 'grid2', 'half', 'octant', 'octant:2.52', 'occupancy:0.9',
       ! 'verlet', 'brute'
       character(*), intent(in), optional :: method
-      ! of a list that is kept while nobody moves more than half of it [length], 0 without it
+      ! of the list of 'verlet', kept while nobody moves more than half of it [length]; 0 without it
       real(real64), intent(in), optional :: skin
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat

@@ -139,6 +139,7 @@ int gbg_neighbours_create(struct gbg_context *context, int dimension, const doub
         (*neighbours)->number = number;
         (*neighbours)->radius = radius;
         (*neighbours)->skin = skin;
+        (*neighbours)->listed = strcmp(found->name, "verlet") == 0;
     }
     return status;
 }

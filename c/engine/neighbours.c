@@ -79,8 +79,9 @@ static double best_edge(const struct gbg_neighbours *neighbours, int64_t n, doub
 
 static struct gbg_search_plan choose(const struct gbg_neighbours *neighbours, int64_t n)
 {
-    double reach = neighbours->radius + neighbours->skin;
-    struct gbg_search_plan plan = {GBG_SEARCH_GRID, neighbours->radius, neighbours->skin, 0.0};
+    /* sifting a list costs as much as finding the pairs in cells again: only on request */
+    double skin = neighbours->listed ? neighbours->skin : 0.0, reach = neighbours->radius + skin;
+    struct gbg_search_plan plan = {GBG_SEARCH_GRID, neighbours->radius, skin, 0.0};
     switch (neighbours->method) {
     case GBG_FIND_BRUTE:
         plan.method = GBG_SEARCH_BRUTE;

@@ -24,6 +24,7 @@ struct gbg_neighbours {
     int method;    /* enum gbg_find_method */
     double number; /* of the method: cell edge in radii; least distance for occupancy */
     double radius, skin;
+    int listed; /* 1: a list is kept; 0: the skin is not used */
     struct gbg_search *search;
     struct gbg_search_plan plan;     /* of the last update */
     struct gbg_search_report report; /* of the last update */

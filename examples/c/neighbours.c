@@ -45,7 +45,7 @@ int main(void)
         x[2 * i + 1] = side[1] * fmod(0.5698402909980532 * (i + 1), 1.0);
     }
 
-    must(gbg_neighbours_create(context, 2, side, reach, "auto", skin, &neighbours), context);
+    must(gbg_neighbours_create(context, 2, side, reach, "verlet", skin, &neighbours), context);
     for (int step = 0; step < STEPS; step++) {
         for (int i = 0; i < DISCS; i++) { /* your own dynamics */
             x[2 * i] += 0.04 * (fmod(0.6180339887498949 * (i + 1), 1.0) - 0.5);

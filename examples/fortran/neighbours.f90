@@ -36,7 +36,7 @@ program neighbours
    x(1, :) = [(side(1)*mod(0.7548776662466927_real64*i, 1.0_real64), i=1, discs)]
    x(2, :) = [(side(2)*mod(0.5698402909980532_real64*i, 1.0_real64), i=1, discs)]
 
-   call search%create(context, side, reach, skin=skin)
+   call search%create(context, side, reach, 'verlet', skin)
    do step = 1, steps
       do i = 1, discs   ! your own dynamics
          x(1, i) = x(1, i) + 0.04_real64*(mod(0.6180339887498949_real64*i, 1.0_real64) - 0.5_real64)

@@ -27,9 +27,9 @@ struct gbg_neighbours;
  *                           pair closer than D; update refuses others (GBG_E_OVERLAP)
  *   "verlet"                auto, with a list: needs a skin
  *   "brute"                 every pair
- * skin (from 0): with "auto" and "verlet" pairs up to radius + skin are listed, and update only
- * sifts the list while nobody has moved more than skin/2 since it was made. Results are the same.
- */
+ * skin (from 0): with "verlet" pairs up to radius + skin are listed, and update only sifts the list
+ * while nobody has moved more than skin/2 since it was made. Results are the same. "auto" takes a
+ * skin too and uses a list where that is faster: on CPUs it is not (docs/physics.md). */
 GBG_API int gbg_neighbours_create(struct gbg_context *context, int dimension, const double *lengths,
                                   double radius, const char *method, double skin,
                                   struct gbg_neighbours **neighbours);
