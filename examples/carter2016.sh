@@ -63,7 +63,7 @@ esac
 
 # Sizes of the three runs: particles and steps of the pictures, steps of the second set of pictures,
 # powers of two of the tables in short and long range, steps of the tables.
-picture_n_short=4096 picture_n_long=1024 picture_steps=10000 same_steps=1000 table_steps=100 picture_width=2400
+picture_n_short=4096 picture_n_long=1024 picture_steps=10000 same_steps=1000 table_steps=100 picture_width=1800
 short_powers='10 11 12 13 14 15 16' long_powers='10 11 12 13 14'
 case $size in
 quick)
