@@ -92,6 +92,9 @@ static double contact_skin(const struct gbg_engine *engine)
             return 0.8 * engine->contact;
         }
     }
+    if (engine->scene.rule == GBG_RULE_EVENT) { /* the list must hold the whole paths */
+        return fmin(fmax(0.4 * engine->contact, 20.0 * engine->noise.scale), engine->contact);
+    }
     return 0.4 * engine->contact;
 }
 

@@ -164,20 +164,26 @@ static void find_moves(const struct gbg_events_call *call)
     }
 }
 
-/* Squared distance within which the screen must find every pair; negative: the moves are so long
- * for the box, or for the period of the local coordinates, that only the exact test knows the
- * images.
- */
-static float screen_limit(const struct gbg_events_call *call, double moved)
+/* Differences of local coordinates as long as this are still those of the nearest image. */
+static double range_of_locals(const struct gbg_events_call *call)
 {
-    const struct gbg_box *box = &call->state->box;
-    double longest = 0.0, shortest = 8.0 * call->list->reach;
-    for (int a = 0; a < box->dimension; a++) {
-        longest = fmax(longest, box->length[a]);
-        shortest = fmin(shortest, box->length[a]);
+    double shortest = 8.0 * call->list->reach;
+    for (int a = 0; a < call->state->box.dimension; a++) {
+        shortest = fmin(shortest, call->state->box.length[a]);
     }
-    double reach = call->largest * (1.0 + length_room) + move_room * moved + longest * 0x1p-30;
-    return call->largest + 2.0 * moved < 0.49 * shortest ? (float)(reach * reach) : -1.0f;
+    return 0.49 * shortest;
+}
+
+/* Squared distance within which the screen must find every pair. */
+static float screen_limit(const struct gbg_events_call *call)
+{
+    double longest = 0.0;
+    for (int a = 0; a < call->state->box.dimension; a++) {
+        longest = fmax(longest, call->state->box.length[a]);
+    }
+    double reach =
+        call->largest * (1.0 + length_room) + move_room * call->moved + longest * 0x1p-30;
+    return (float)(reach * reach);
 }
 
 static int64_t all_pairs(const struct gbg_list *list, int64_t slice, const int32_t *index,
@@ -207,7 +213,7 @@ static int find_in_slice(const struct gbg_events_call *call, struct gbg_events_p
     if (status != GBG_OK) {
         return status;
     }
-    int64_t n = limit < 0.0f
+    int64_t n = !isfinite(call->moved)
                     ? all_pairs(call->list, slice, index, part->candidate)
                     : call->device->variant->event_screen(call->list, slice, index, work->move,
                                                           work->third, limit, part->candidate);
@@ -226,11 +232,11 @@ static int find_in_slice(const struct gbg_events_call *call, struct gbg_events_p
     return status;
 }
 
-static int find_first_events(const struct gbg_events_call *call, double moved)
+static int find_first_events(const struct gbg_events_call *call)
 {
     struct gbg_events *work = call->work;
     const struct gbg_list *list = call->list;
-    float limit = screen_limit(call, moved);
+    float limit = screen_limit(call);
     int status = GBG_OK;
 #pragma omp parallel for num_threads(call->device->threads) schedule(static, 1)
     for (int c = 0; c < work->n_parts; c++) {
@@ -333,7 +339,7 @@ static int left_range(const struct gbg_events_call *call, int all, double *farth
 
 /* The collisions of the step, with one list. *narrow: the list did not hold all pairs that could
  * meet; *farthest: of anybody from the start of the step. */
-static int attempt(const struct gbg_events_call *call, int *narrow, double *farthest)
+static int attempt(struct gbg_events_call *call, int *narrow, double *farthest)
 {
     struct gbg_events *work = call->work;
     double moved = 0.0, started = 0.0;
@@ -349,7 +355,9 @@ static int attempt(const struct gbg_events_call *call, int *narrow, double *fart
     if (*narrow) {
         return GBG_OK;
     }
-    int status = find_first_events(call, moved);
+    call->range = range_of_locals(call);
+    call->moved = call->largest + 2.0 * moved < call->range ? moved : INFINITY;
+    int status = find_first_events(call);
     status = status ? status : gbg_events_passes(call);
     if (status == GBG_OK) {
         *narrow = left_range(call, call->list == work->wide && moved > call->slack, farthest);

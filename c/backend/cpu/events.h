@@ -38,7 +38,7 @@ struct gbg_event {
 
 /* What became of a cluster. */
 struct gbg_cluster {
-    int32_t part;                   /* who worked on it */
+    int32_t part, pass;             /* who worked on it, and when last */
     int32_t again;                  /* to be done again */
     int32_t parent, next, last;     /* union of clusters: root, chain of its clusters */
     int64_t begin, end;             /* its first events */
@@ -89,6 +89,7 @@ struct gbg_events {
     struct gbg_changed *changed;
     int32_t *todo;
     struct gbg_room events, clusters, changes, todos;
+    int32_t pass;
     int64_t next_todo;     /* what threads take from */
     struct gbg_list *wide; /* for steps that leave the range of the list */
     double excursion;      /* the farthest that anybody was from the start of the last such step */
@@ -104,6 +105,8 @@ struct gbg_events_call {
     double largest; /* contact distance */
     double slack;   /* distance from where the list was built up to which it is complete */
     double per_quantum[3];
+    double range; /* of differences of local coordinates */
+    double moved; /* the longest free move; infinite: too long for the local coordinates */
     double virial_unit;
     int together; /* all clusters as one: the plain algorithm, for tests */
 };

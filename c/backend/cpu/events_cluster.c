@@ -131,6 +131,37 @@ static inline const struct gbg_leg *leg_of(const struct gbg_events_call *call,
     return room;
 }
 
+/* The place of a leg in the coordinates of the list, and the squared distance beyond which nobody
+ * on his free path can be met on it. */
+struct vicinity {
+    uint32_t place[3];
+    float limit;
+};
+
+static void look_around(const struct gbg_events_call *call, const struct gbg_leg *leg,
+                        struct vicinity *vicinity)
+{
+    double speed = 0.0;
+    for (int a = 0; a < call->state->box.dimension; a++) {
+        speed += leg->velocity[a] * leg->velocity[a];
+        vicinity->place[a] = gbg_local((uint32_t)(leg->place[a] >> 32), (uint32_t)leg->place[a],
+                                       call->list->shift[a]);
+    }
+    double reach = call->largest + fmax(sqrt(speed), call->moved) * (1.0 - leg->time);
+    vicinity->limit = reach < call->range ? (float)(reach * reach * (1.0 + 1e-4)) : INFINITY;
+}
+
+/* Whether a particle on its free path, which ends at its local coordinates, stays out of reach. */
+static inline int is_far(const struct gbg_list *list, const struct vicinity *vicinity, int32_t j)
+{
+    float squared = 0.0f;
+    for (int a = 0; a < list->dimension; a++) {
+        float d = (float)(int32_t)(vicinity->place[a] - list->local[a][j]) * list->scale[a];
+        squared += d * d;
+    }
+    return squared > vicinity->limit;
+}
+
 /* What happens to a particle after it got a new leg, but not with `other` (-1: with everybody). */
 static int foresee(const struct gbg_events_call *call, struct gbg_events_part *part, int32_t i,
                    int32_t other)
@@ -138,9 +169,11 @@ static int foresee(const struct gbg_events_call *call, struct gbg_events_part *p
     int32_t width;
     const int32_t *row = gbg_events_row(call->list, i, &width);
     const struct gbg_leg *own = &part->leg[part->member[part->member_of[i]].last];
+    struct vicinity vicinity;
+    look_around(call, own, &vicinity);
     for (int32_t k = 0; k < width; k++) {
         int32_t j = row[(int64_t)k * GBG_SLICE];
-        if (j == i || j == other) {
+        if (j == i || j == other || (part->member_of[j] < 0 && is_far(call->list, &vicinity, j))) {
             continue;
         }
         struct gbg_leg room;
@@ -258,6 +291,7 @@ int gbg_events_work(const struct gbg_events_call *call, struct gbg_events_part *
     int status = GBG_OK;
     part->heaped.used = 0;
     cluster->part = (int32_t)(part - work->part);
+    cluster->pass = work->pass;
     cluster->first_member = part->members.used;
     cluster->events = cluster->depth = cluster->stopped = cluster->virial = 0;
     for (int32_t c = root; status == GBG_OK && c >= 0; c = work->cluster[c].next) {
@@ -322,6 +356,9 @@ int gbg_events_conflicts(const struct gbg_events_call *call, struct gbg_events_p
                 continue;
             }
             const struct gbg_changed *changed = &work->changed[owner - 1];
+            if (j < i && work->cluster[changed->cluster].pass == cluster->pass) {
+                continue; /* that one looks at this pair */
+            }
             const struct gbg_events_part *its = &work->part[changed->part];
             const struct gbg_member *other = &its->member[changed->member];
             int met = i < j ? paths_meet(call, own, member, its, other)

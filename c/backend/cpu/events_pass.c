@@ -290,6 +290,7 @@ int gbg_events_passes(const struct gbg_events_call *call)
     for (int pass = 1; status == GBG_OK && work->todos.used > 0; pass++) {
         int united = 0;
         work->passes++;
+        work->pass = pass;
         status = run_todo(call, gbg_events_work);
         status = status ? status : enter_members(call, &united);
         status = status ? status : run_todo(call, gbg_events_conflicts);
