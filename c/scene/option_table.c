@@ -81,9 +81,9 @@ const struct gbg_option gbg_scene_options[] = {
           "frame of a trajectory, from 0; -1 is the last"),
     PLAIN("excluded_volume.rule", GBG_CHOICE, rule, "none",
           "none, auto, event, bridge, bounce, contact, carter",
-          "how overlapping cores part; auto takes bounce. carter is bounce with the cut of summed "
-          "pushes of Carter (2016), which breaks momentum: for reproduction. In a file a block "
-          "without a rule means auto"),
+          "how overlapping cores part; auto takes event without forces and bridge with them. "
+          "carter is bounce with the cut of summed pushes of Carter (2016), which breaks momentum: "
+          "for reproduction. In a file a block without a rule means auto"),
     PLAIN("excluded_volume.neighbours", GBG_CHOICE, neighbours, "auto", "auto, grid, delaunay",
           "how close pairs are found; delaunay is not in this version"),
     PLAIN("excluded_volume.start", GBG_CHOICE, separate, "refuse", "refuse, relax",

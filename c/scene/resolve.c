@@ -275,7 +275,8 @@ static int resolve_exclusion(struct gbg_scene *scene)
                         "excluded_volume.neighbours: delaunay is not in this version; take grid");
     }
     if (scene->rule == GBG_RULE_AUTO) {
-        scene->rule = GBG_RULE_BOUNCE;
+        /* elastic events are exact for free moves, and wrong where forces hold pairs together */
+        scene->rule = scene->n_forces > 0 ? GBG_RULE_BRIDGE : GBG_RULE_EVENT;
     }
     if (scene->rule == GBG_RULE_NONE && scene->overlap) {
         return gbg_fail(scene->context, GBG_E_SCENE,

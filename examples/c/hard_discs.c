@@ -22,7 +22,7 @@ static struct gbg_scene *make_scene(struct gbg_context *context)
     must(gbg_scene_set_real(scene, "box.packing", 0.52), context);
     must(gbg_scene_set_text(scene, "particles.start.lattice", "triangular"), context);
     must(gbg_scene_set_real(scene, "particles.start.jitter", 0.8), context);
-    must(gbg_scene_set_text(scene, "excluded_volume.rule", "bounce"), context);
+    must(gbg_scene_set_text(scene, "excluded_volume.rule", "auto"), context);
     must(gbg_scene_set_real(scene, "dynamics.dt", 0.01), context);
     must(gbg_scene_set_real(scene, "dynamics.temperature", 0.01), context);
     must(gbg_scene_set_integer(scene, "run.seed", 7), context);

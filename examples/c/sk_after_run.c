@@ -20,7 +20,7 @@ static struct gbg_scene *make_scene(struct gbg_context *context)
     must(gbg_scene_add_species(scene, "disc", 1.0, 0.0, 1.0, -1.0, DISCS, NULL), context);
     must(gbg_scene_set_real(scene, "box.packing", 0.4), context);
     must(gbg_scene_set_text(scene, "particles.start.random", "insertion"), context);
-    must(gbg_scene_set_text(scene, "excluded_volume.rule", "bounce"), context);
+    must(gbg_scene_set_text(scene, "excluded_volume.rule", "auto"), context);
     must(gbg_scene_set_real(scene, "dynamics.dt", 0.004), context);
     must(gbg_scene_set_real(scene, "dynamics.temperature", 1.0), context);
     must(gbg_scene_set_integer(scene, "run.seed", 3), context);

@@ -40,7 +40,7 @@ contains
       call scene%set('box.packing', 0.52_real64)
       call scene%set('particles.start.lattice', 'triangular')
       call scene%set('particles.start.jitter', 0.8_real64)
-      call scene%set('excluded_volume.rule', 'bounce')
+      call scene%set('excluded_volume.rule', 'auto')
       call scene%set('dynamics.dt', 0.01_real64)
       call scene%set('dynamics.temperature', 0.01_real64)
       call scene%set('run.seed', 7)

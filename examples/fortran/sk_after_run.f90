@@ -39,7 +39,7 @@ contains
       call scene%add_species('disc', 1.0_real64, 0.0_real64, 1.0_real64, count=discs)
       call scene%set('box.packing', 0.4_real64)
       call scene%set('particles.start.random', 'insertion')
-      call scene%set('excluded_volume.rule', 'bounce')
+      call scene%set('excluded_volume.rule', 'auto')
       call scene%set('dynamics.dt', 0.004_real64)
       call scene%set('dynamics.temperature', 1.0_real64)
       call scene%set('run.seed', 3)

@@ -406,7 +406,7 @@ static void no_overlap_after_any_step(void **state)
     static const double mobility[3] = {-2.0, -2.0, -4.0}, sign[3] = {-1.0, 1.0, -1.0};
     static const char *const names[3] = {"C2, 2D", "C3, 2D", "C4, 2D"};
     double square[2] = {30.0 * 0.9971, 30.0 * 0.9971}, cube[3] = {8.5, 8.6, 8.7};
-    for (int k = 0; k < 4; k++) { /* area fraction 0.79; in 3D 0.42 */
+    for (int k = 0; k < 4; k++) { /* area fraction 0.755; in 3D 0.42 */
         struct gbg_scene scene = bridge_scene(context, k < 3 ? 2 : 3, k < 3 ? square : cube);
         int c = k < 3 ? k : 2;
         with_short_forces(&scene);

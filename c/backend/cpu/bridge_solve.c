@@ -4,11 +4,10 @@
 
 #include "backend/cpu/bridge.h"
 
-#include <stdio.h>
 /* Sweeps and their parameters, chosen on C3 short at packing 0.79 (dt = T = 0.01, N = 2048), where
  * the mean gap of bound pairs is 3.181(10)e-3 when solved to 1e-4 S in some 120 sweeps. Two solves
- * of 12 sweeps give the same, of 3 and 12 sweeps 0.3 % more (0.05 and 0.5 % more for C2 and C4 at
- * 0.52), of 3 and 9 sweeps 0.5 % more. The first solve only has to find the lines. Factors of 1.5
+ * of 12 sweeps give the same, of 3 and 12 sweeps 0.3 % more, of 3 and 9 sweeps 0.5 %
+ * more. The first solve only has to find the lines. Factors of 1.5
  * and 1.6 do as well, 1.7 leaves twice as many pairs overlapping. Tolerances of 1e-2 and 1e-3 of S
  * do not differ here, 3e-2 costs another 0.1 %. */
 static const float omega = 1.5f;
