@@ -313,7 +313,7 @@ static void resolving_twice_changes_nothing(void **state)
     gbg_scene_set_real(scene, "box.packing", 0.3);
     gbg_scene_set_text(scene, "box.shape", "lattice");
     assert_int_equal(gbg_scene_resolve(scene), GBG_OK);
-    assert_int_equal(scene->rule, GBG_RULE_BOUNCE);
+    assert_int_equal(scene->rule, GBG_RULE_EVENT);
     assert_true(scene->length[0] != scene->length[1]);
     struct gbg_scene first = *scene;
     assert_int_equal(gbg_scene_resolve(scene), GBG_OK);

@@ -68,7 +68,7 @@ static void carter_scenes_hold_table_5_1(void **state)
         assert_true(scene->force[0].cutoff == (c % 2 ? 2.5 : 0));
         assert_true(scene->dt == 0.01 && scene->temperature == 0.01 && scene->noise_limit == 3);
         assert_int_equal(scene->limit_by, GBG_LIMIT_CLAMP);
-        assert_int_equal(scene->rule, GBG_RULE_AUTO);
+        assert_int_equal(scene->rule, GBG_RULE_BRIDGE);
         gbg_scene_destroy(&scene);
     }
 }
