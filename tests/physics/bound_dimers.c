@@ -13,7 +13,6 @@ static void isolated(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
-    needs_rule(context, "bridge");
     struct gbg_dimer_plan plan = {"bridge", 0.01, 0.01, 1024, 2, 4.0, 51};
     int good = 1;
     for (int k = 0; k < GBG_BOUND_PAIRS; k++) {
@@ -53,7 +52,6 @@ static void dense(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
-    needs_rule(context, "bridge");
     struct gbg_dense_plan plan = {"bridge", 0.01, 0.52, 1024, 61, 12, 1.0, 4.0};
     static const struct {
         int pair;

@@ -30,25 +30,6 @@ static inline void done(struct gbg_context *context, int status)
     }
 }
 
-/* 1 if the build has the rule; a rule that is missing is said, and what needs it left out. */
-static inline int has_rule(struct gbg_context *context, const char *rule)
-{
-    int there = gbg_rule_is_built(context, rule);
-    if (!there) {
-        print_message("no rule %s in this build\n", rule);
-    }
-    return there;
-}
-
-/* The same, and the test ends as skipped. */
-static inline void needs_rule(struct gbg_context *context, const char *rule)
-{
-    if (!has_rule(context, rule)) {
-        gbg_context_destroy(&context);
-        skip();
-    }
-}
-
 /* A value must lie within `allowed` of the reference, up to two standard errors; a sample too small
  * to see a deviation of that size (error above half of it) fails too. */
 static inline int gate(const char *what, struct gbg_estimate value, double reference,

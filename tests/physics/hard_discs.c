@@ -42,7 +42,6 @@ static void fluid(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
-    needs_rule(context, "event");
     done(context, gbg_discs_equilibrium(context, 0.52, 1024, 5, x, y, &edge));
     int good = 1;
     for (int k = 0; k < 2; k++) {
@@ -65,7 +64,6 @@ static void near_freezing(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
-    needs_rule(context, "event");
     done(context, gbg_discs_equilibrium(context, 0.698, 1024, 5, x, y, &edge));
     struct gbg_disc_result r = measured(context, 0.698, 0.04, 1024, 100.0);
     int good = gate("C", r.ratio, 1.0, 1e-3);

@@ -47,9 +47,6 @@ static void chase(void **state)
     (void)state;
     struct gbg_context *context = opened_context();
     for (int k = 0; k < RULES; k++) {
-        if (!has_rule(context, rules[k])) {
-            continue;
-        }
         chase_of(context, rules[k], 2.0, 1.0 + 1e-9, "double");
         chase_of(context, rules[k], 2.0, 1.7, "double");
         chase_of(context, rules[k], 6.0, 1.001, "double");
@@ -98,9 +95,6 @@ static void still_chain(void **state)
     (void)state;
     struct gbg_context *context = opened_context();
     for (int k = 0; k < RULES; k++) {
-        if (!has_rule(context, rules[k])) {
-            continue;
-        }
         struct gbg_engine *engine = chains(context, rules[k], 2.0, 0.0, 0.01);
         double moved = 0.0, longest = 0.0;
         done(context, gbg_engine_positions(engine, 0, MEMBERS, x0, z0, NULL, 1));
@@ -127,9 +121,6 @@ static void mean_velocity(void **state)
     enum { LOOKS = 4000 };
     struct gbg_context *context = opened_context();
     for (int k = 0; k < RULES; k++) {
-        if (!has_rule(context, rules[k])) {
-            continue;
-        }
         struct gbg_engine *engine = chains(context, rules[k], 6.0, 0.001, 0.001);
         memset(column, 0, sizeof column);
         for (int look = 0; look < LOOKS; look++) {
@@ -233,10 +224,8 @@ static void momentum(void **state)
     double edge;
     done(context, gbg_discs_equilibrium(context, 0.6, N, 4, sx, sy, &edge));
     for (int k = 0; k < RULES; k++) {
-        if (has_rule(context, rules[k])) {
-            momentum_of(context, rules[k], -2.0, edge);
-            momentum_of(context, rules[k], -4.0, edge);
-        }
+        momentum_of(context, rules[k], -2.0, edge);
+        momentum_of(context, rules[k], -4.0, edge);
     }
     gbg_context_destroy(&context);
 }

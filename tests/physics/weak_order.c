@@ -79,7 +79,6 @@ static void bridge(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
-    needs_rule(context, "bridge");
     struct gbg_estimate bias[STEPS];
     struct gbg_estimate slope = order(context, "bridge", 0.01, 4096, 4.0, bias);
     int good = 1;
