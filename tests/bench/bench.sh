@@ -23,6 +23,10 @@ for case in direct noise; do
 done
 [ "$(grep -c '"case": "direct"' "$folder/direct.json")" -ge 5 ] || fail "direct.json is short"
 
+# each timing of this case comes after the same pairs as a double loop gave
+"$program" bench neighbours --quick --threads 1 >"$folder/neighbours.txt" ||
+    fail "case neighbours: exit status $?"
+
 "$program" bench no-such-case >"$folder/out" 2>"$folder/err"
 [ $? -eq 2 ] || fail "an unknown case is not bad use"
 grep -q "nearest" "$folder/err" || fail "an unknown case: no nearest name"
