@@ -42,8 +42,10 @@ static void add_force(struct gbg_sha256 *hash, const struct gbg_force *force)
 
 static void add_dynamics(struct gbg_sha256 *hash, const struct gbg_scene *scene)
 {
-    const int64_t words[] = {scene->rule,      scene->dynamics, scene->limit_by, scene->rescale,
-                             scene->precision, scene->seed,     scene->run};
+    const int64_t words[] = {scene->rule, scene->dynamics, scene->limit_by, scene->rescale,
+                             scene->precision, scene->seed, scene->run,
+                             /* where rounds run out, what is put back depends on their number */
+                             scene->max_rounds};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
         add_integer(hash, words[i]);
     }

@@ -357,6 +357,7 @@ static void digests_tell_scenes_apart(void **state)
     DIFFERS(changed.seed = 1);
     DIFFERS(changed.run = 1);
     DIFFERS(changed.precision = GBG_PRECISION_DOUBLE);
+    DIFFERS(changed.max_rounds = 7);
     changed = *scene;
     changed.steps = 5;
     changed.origin[0] = -0.0;
