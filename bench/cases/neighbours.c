@@ -247,6 +247,7 @@ struct method {
 };
 static const struct method methods[] = {
     {{"2D grid R", "3D grid R"}, "grid", 0.0},
+    {{"2D grid 1.5R", "3D grid 1.5R"}, "grid:1.5", 0.0},
     {{"2D grid 2R", "3D grid 2R"}, "grid2", 0.0},
     {{"2D half R/2", "3D half R/2"}, "half", 0.0},
     {{"2D octant 2R", "3D octant 2R"}, "octant", 0.0},
@@ -308,6 +309,19 @@ static int run_contacts(struct gbg_bench *bench, int dimension, int64_t n)
     return status;
 }
 
+/* The measurement behind the choice of auto: N = 20 000, from few neighbours to many. */
+static int run_densities(struct gbg_bench *bench)
+{
+    static const double neighbours[] = {0.5, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0};
+    int status = GBG_OK;
+    for (int dimension = 2; dimension <= 3; dimension++) {
+        for (size_t k = 0; k < sizeof neighbours / sizeof *neighbours && status == GBG_OK; k++) {
+            status = run_uniform(bench, dimension, 20000, neighbours[k]);
+        }
+    }
+    return status;
+}
+
 static int run(struct gbg_bench *bench)
 {
     static const int64_t large[] = {1 << 12, 1 << 16, 1 << 20, 0};
@@ -333,7 +347,7 @@ static int run(struct gbg_bench *bench)
         status = status ? status : run_contacts(bench, 2, size[k]);
         status = status ? status : run_contacts(bench, 3, size[k]);
     }
-    return status;
+    return status || quick || bench->options->n > 0 ? status : run_densities(bench);
 }
 
 const struct gbg_bench_case gbg_bench_neighbours = {

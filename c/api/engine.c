@@ -249,8 +249,8 @@ int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags)
 }
 
 static const char *const integer_names[] = {
-    "step",          "particles", "species",  "threads",       "list_builds", "contact_rounds",
-    "contact_pairs", "reverted",  "repeated", "overlaps_left", NULL};
+    "step",          "particles", "species",  "threads",     "list_builds",   "contact_rounds",
+    "contact_pairs", "reverted",  "repeated", "events_left", "overlaps_left", NULL};
 
 int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *value)
 {
@@ -271,6 +271,7 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
                               engine->contact_pairs,
                               engine->reverted,
                               engine->repeated,
+                              engine->events_left,
                               0};
     int k = gbg_text_find(name, integer_names);
     if (k < 0) {
@@ -286,9 +287,15 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
     return GBG_OK;
 }
 
-static const char *const real_names[] = {
-    "time",    "dt", "seconds", "largest_move", "packing", "bytes_per_particle",
-    "contact_virial", "reverted_fraction", NULL};
+static const char *const real_names[] = {"time",
+                                         "dt",
+                                         "seconds",
+                                         "largest_move",
+                                         "packing",
+                                         "bytes_per_particle",
+                                         "contact_virial",
+                                         "reverted_fraction",
+                                         NULL};
 
 int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value)
 {

@@ -42,7 +42,8 @@ static void put_real(FILE *file, const char *name, double value)
 static void put_counters(FILE *file, const struct gbg_run_report *report)
 {
     static const char *const names[] = {"contact_rounds", "contact_pairs", "reverted",
-                                        "repeated",       "list_builds",   "overlaps_left"};
+                                        "repeated",       "events_left",   "list_builds",
+                                        "overlaps_left"};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
         int64_t value;
         if (gbg_engine_integer(report->session->engine, names[k], &value) == GBG_OK) {

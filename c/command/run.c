@@ -204,7 +204,7 @@ static int advance(struct job *job)
 
 static void print_summary(const struct job *job)
 {
-    int64_t n = 0, rounds = 0, left = -1, reverted = 0, repeated = 0;
+    int64_t n = 0, rounds = 0, left = -1, reverted = 0, repeated = 0, unfinished = 0;
     double dt = 0, busy = 0, fraction = 0;
     int cores = strcmp(gbg_session_text(&job->session, "excluded_volume.rule"), "none") != 0;
     const char *instructions;
@@ -215,6 +215,7 @@ static void print_summary(const struct job *job)
     gbg_engine_integer(job->session.engine, "overlaps_left", &left);
     gbg_engine_integer(job->session.engine, "reverted", &reverted);
     gbg_engine_integer(job->session.engine, "repeated", &repeated);
+    gbg_engine_integer(job->session.engine, "events_left", &unfinished);
     gbg_engine_real(job->session.engine, "reverted_fraction", &fraction);
     gbg_engine_real(job->session.engine, "dt", &dt);
     gbg_engine_real(job->session.engine, "seconds", &busy);
@@ -234,6 +235,10 @@ static void print_summary(const struct job *job)
         printf("put back       %lld moves, %.1e of all", (long long)reverted, fraction);
         if (repeated > 0) {
             printf("; %lld steps were corrected twice", (long long)repeated);
+        }
+        if (unfinished > 0) {
+            printf("; %lld times a particle had too many collisions in a step and went on straight",
+                   (long long)unfinished);
         }
         printf("\n");
     }

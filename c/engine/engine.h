@@ -46,7 +46,7 @@ struct gbg_engine {
     double moved; /* largest move of a particle in the last step, for the lists */
     struct gbg_moves moves;
     int forces_current; /* 1: force[] belongs to the present positions */
-    int64_t contact_rounds, contact_pairs, reverted, repeated; /* sums over steps */
+    int64_t contact_rounds, contact_pairs, reverted, repeated, events_left; /* sums over steps */
     int64_t steps_made;    /* by this engine: what the reverted particles are a share of */
     double contact_virial; /* sum over steps of distance times the displacement of one disc */
 

@@ -32,6 +32,7 @@ static int apply(struct gbg_engine *engine, gbg_corrector kernel, struct gbg_con
     if (status == GBG_OK) {
         engine->contact_rounds += contacts->rounds;
         engine->contact_pairs += contacts->pairs;
+        engine->events_left += contacts->stopped;
         engine->contact_virial += contacts->virial;
         engine->moved = fmax(engine->moved, contacts->largest);
     }

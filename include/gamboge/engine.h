@@ -53,7 +53,9 @@ GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t 
  * "repeated" (steps whose contacts were corrected once more, because pushes of several contacts had
  * carried a pair through each other or because rounds ran out) and "reverted" (particles put back to
  * where they were before the step because they overlapped or had passed through another after all
- * corrections; both sums over steps), "overlaps_left" (pairs that overlap now, counted afresh over
+ * corrections; both sums over steps), "events_left" (rule event, sum over steps: particles that had as
+ * many collisions in a step as the rule allows, went on straight and were parted in rounds),
+ * "overlaps_left" (pairs that overlap now, counted afresh over
  * all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step),
  * "packing", "bytes_per_particle", "reverted_fraction" (reverted over the moves that this engine
  * made), "contact_virial": sum over steps and contact pushes of the distance of the pair half way

@@ -170,7 +170,8 @@ static void cradle(void **state)
 
 /* A plain simulation with no list, no queue and positions in doubles: at each event all pairs are
  * asked for their next contact. Coordinates without wrapping. */
-static int plain_events(int dimension, const double *length, int n, double (*r)[3], double (*v)[3])
+static int plain_events(int dimension, const double *length, const double diameter[2], int n,
+                        double (*r)[3], double (*v)[3])
 {
     double now = 0.0;
     for (int events = 0;; events++) {
@@ -178,7 +179,8 @@ static int plain_events(int dimension, const double *length, int n, double (*r)[
         int p = -1, q = -1;
         for (int i = 0; i < n; i++) {
             for (int j = i + 1; j < n; j++) {
-                double b = 0.0, c = -1.0, v2 = 0.0;
+                double contact = 0.5 * (diameter[i % 2] + diameter[j % 2]);
+                double b = 0.0, c = -contact * contact, v2 = 0.0;
                 for (int a = 0; a < dimension; a++) {
                     double d = r[i][a] - r[j][a], w = v[i][a] - v[j][a];
                     d -= length[a] * rint(d / length[a]);
@@ -218,47 +220,68 @@ static int plain_events(int dimension, const double *length, int n, double (*r)[
     }
 }
 
+/* A lattice of discs or spheres of two sizes with moves up to `size` on each axis: the same ends as
+ * in the plain simulation, and paths that the check passes, unless the particles had been larger.
+ */
+static void many_case(struct gbg_context *context, int dimension, const double diameter[2],
+                      double size)
+{
+    static double r[200][3], v[200][3], end[3][5000];
+    int m = dimension == 2 ? 9 : 5, n = dimension == 2 ? 81 : 125;
+    double length[3] = {1.2 * m, 1.15 * m, 1.13 * m}, worst = 0.0;
+    struct gbg_scene scene = made_scene(context, dimension, length);
+    const double *places[200], *moves[200];
+    made_lattice(&made, &scene, m, 0.02);
+    for (int i = 0; i < n; i++) {
+        for (int a = 0; a < dimension; a++) {
+            r[i][a] = made.store[a][i];
+            v[i][a] = size * (2.0 * made_uniform((uint64_t)(7000 + 3 * i + a)) - 1.0);
+        }
+        places[i] = r[i];
+        moves[i] = v[i];
+    }
+    scene.species[0].diameter = diameter[0];
+    scene.species[1].diameter = diameter[1];
+    struct gbg_engine *engine = place(&scene, n, places);
+    struct gbg_contacts contacts = collide(engine, moves, 0);
+    int expected = plain_events(dimension, length, diameter, n, r, v);
+    unwrapped(engine, end);
+    for (int i = 0; i < n; i++) {
+        for (int a = 0; a < dimension; a++) {
+            worst = fmax(worst, fabs(end[a][i] - r[i][a]));
+        }
+    }
+    print_message("%dD, diameters %g and %g, moves to %.2f: %d events, largest difference %.2g\n",
+                  dimension, diameter[0], diameter[1], size, expected, worst);
+    assert_int_equal(contacts.pairs, expected);
+    assert_true(worst < 1e-9); /* each collision multiplies differences by a few */
+    for (int larger = 0; larger < 2; larger++) {
+        struct gbg_pair pair;
+        assert_int_equal(
+            gbg_events_clear(engine->device, &engine->state, engine->contacts, 1e-9, &pair),
+            GBG_OK);
+        assert_int_equal(pair.first >= 0, larger && expected > 0);
+        if (larger && expected > 0) { /* it is one that touched, or came as near */
+            double contact = 0.5 * (diameter[pair.first % 2] + diameter[pair.second % 2]);
+            assert_true(pair.distance > contact * (1.0 - 1e-9));
+            assert_true(pair.distance < contact * (1.0 + 1e-6) * (1.0 - 1e-9));
+        }
+        for (int s = 0; s < engine->state.n_species; s++) {
+            engine->state.diameter[s] *= 1.0 + 1e-6;
+        }
+    }
+    gbg_engine_free(engine);
+}
+
 static void many_against_plain(void **state)
 {
     (void)state;
-    static double r[200][3], v[200][3], end[3][5000];
-    static const double size[] = {0.05, 0.3, 0.9}; /* of the moves */
+    static const double size[] = {0.05, 0.3, 0.9};
+    static const double diameter[][2] = {{1.0, 1.0}, {1.07, 0.5}, {0.06, 1.07}};
     struct gbg_context *context = made_context("cpu:threads=2");
     for (int dimension = 2; dimension <= 3; dimension++) {
-        int m = dimension == 2 ? 9 : 5, n = dimension == 2 ? 81 : 125;
-        for (int k = 0; k < 3; k++) {
-            double length[3] = {1.2 * m, 1.15 * m, 1.13 * m};
-            struct gbg_scene scene = made_scene(context, dimension, length);
-            const double *places[200], *moves[200];
-            made_lattice(&made, &scene, m, 0.02);
-            for (int i = 0; i < n; i++) {
-                for (int a = 0; a < dimension; a++) {
-                    r[i][a] = made.store[a][i];
-                    v[i][a] = size[k] * (2.0 * made_uniform((uint64_t)(7000 + 3 * i + a)) - 1.0);
-                }
-                places[i] = r[i];
-                moves[i] = v[i];
-            }
-            struct gbg_engine *engine = place(&scene, n, places);
-            struct gbg_contacts contacts = collide(engine, moves, 0);
-            int expected = plain_events(dimension, length, n, r, v);
-            unwrapped(engine, end);
-            double worst = 0.0;
-            for (int i = 0; i < n; i++) {
-                for (int a = 0; a < dimension; a++) {
-                    worst = fmax(worst, fabs(end[a][i] - r[i][a]));
-                }
-            }
-            print_message("%dD, moves to %.2f: %d events, largest difference %.2g\n", dimension,
-                          size[k], expected, worst);
-            assert_int_equal(contacts.pairs, expected);
-            assert_true(worst < 1e-9); /* each collision multiplies differences by a few */
-            struct gbg_pair pair;
-            assert_int_equal(
-                gbg_events_clear(engine->device, &engine->state, engine->contacts, 1e-9, &pair),
-                GBG_OK);
-            assert_int_equal(pair.first, -1);
-            gbg_engine_free(engine);
+        for (int k = 0; k < 9; k++) {
+            many_case(context, dimension, diameter[k / 3], size[k % 3]);
         }
     }
     gbg_context_destroy(&context);

@@ -363,7 +363,7 @@ int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *st
                             .rule = contacts,
                             .dimension = state->box.dimension,
                             .threads = device->threads};
-    contacts->rounds = contacts->pairs = contacts->left = 0;
+    contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
     contacts->clear = 0;
     if (!set_up(&bridge)) {

@@ -7,34 +7,45 @@
 #include "backend/cpu/grid.h"
 #include "core/memory.h"
 
-int gbg_keep(struct gbg_device *device, struct gbg_state *state)
+/* Copies the share of one thread: the particles that are its own in the other kernels too, so that
+ * they stay in its caches. */
+static void copy_share(const struct gbg_state *state, int64_t first, int64_t end, int back)
 {
-    size_t words = (size_t)state->owned * sizeof(uint32_t);
-    (void)device;
+    size_t words = (size_t)(end - first) * sizeof(uint32_t);
     for (int a = 0; a < state->box.dimension; a++) {
-        memcpy(state->start_high[a], state->high[a], words);
-        memcpy(state->start_low[a], state->low[a], words);
+        uint32_t *now[2] = {state->high[a] + first, state->low[a] + first};
+        uint32_t *start[2] = {state->start_high[a] + first, state->start_low[a] + first};
+        for (int w = 0; w < 2; w++) {
+            memcpy(back ? now[w] : start[w], back ? start[w] : now[w], words);
+        }
         if (state->image[a]) {
-            memcpy(state->start_image[a], state->image[a], words);
+            int32_t *image = state->image[a] + first, *before = state->start_image[a] + first;
+            memcpy(back ? image : before, back ? before : image, words);
         }
     }
-    if (state->overlapped) {
-        memset(state->overlapped, 0, (size_t)state->owned);
+    if (state->overlapped && !back) {
+        memset(state->overlapped + first, 0, (size_t)(end - first));
     }
+}
+
+static void copy_all(const struct gbg_device *device, const struct gbg_state *state, int back)
+{
+    int64_t n = state->owned, threads = device->threads;
+#pragma omp parallel for num_threads(device->threads) schedule(static, 1)
+    for (int64_t t = 0; t < threads; t++) {
+        copy_share(state, n * t / threads, n * (t + 1) / threads, back);
+    }
+}
+
+int gbg_keep(struct gbg_device *device, struct gbg_state *state)
+{
+    copy_all(device, state, 0);
     return GBG_OK;
 }
 
 int gbg_put_back(struct gbg_device *device, struct gbg_state *state)
 {
-    size_t words = (size_t)state->owned * sizeof(uint32_t);
-    (void)device;
-    for (int a = 0; a < state->box.dimension; a++) {
-        memcpy(state->high[a], state->start_high[a], words);
-        memcpy(state->low[a], state->start_low[a], words);
-        if (state->image[a]) {
-            memcpy(state->image[a], state->start_image[a], words);
-        }
-    }
+    copy_all(device, state, 1);
     return GBG_OK;
 }
 

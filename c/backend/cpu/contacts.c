@@ -375,7 +375,7 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
                           0x1p-40 * table.largest * table.largest};
     int status = reserve(device, list), all = 0;
     int64_t virial = 0;
-    contacts->rounds = contacts->pairs = contacts->left = 0;
+    contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
     if (status != GBG_OK || list->n == 0) {
         return status;
