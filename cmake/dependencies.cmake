@@ -36,9 +36,21 @@ if(GBG_WITH_OPENMP)
   endif()
 else()
   # Only simd pragmas are read, so that what num_threads() names may be used nowhere.
-  target_compile_options(gamboge_flags INTERFACE -fopenmp-simd -Wno-unused-parameter)
+  target_compile_options(gamboge_flags INTERFACE
+    $<$<COMPILE_LANGUAGE:C>:-fopenmp-simd -Wno-unused-parameter>)
 endif()
 if(GBG_WITH_CUDA)
-  message(FATAL_ERROR "GBG_WITH_CUDA=ON: this version of gamboge has no CUDA sources, its only "
-                      "backend is cpu; configure with -DGBG_WITH_CUDA=OFF")
+  include(CheckLanguage)
+  check_language(CUDA)
+  if(NOT CMAKE_CUDA_COMPILER)
+    message(FATAL_ERROR "nvcc was not found: install the CUDA toolkit, or configure with "
+                        "-DGBG_WITH_CUDA=OFF")
+  endif()
+  # Machine code for A100 and H100 or H200, and what later cards compile for themselves.
+  if(NOT CMAKE_CUDA_ARCHITECTURES AND NOT DEFINED ENV{CUDAARCHS})
+    set(CMAKE_CUDA_ARCHITECTURES 80-real 90 CACHE STRING "Compute capabilities of the GPUs")
+  endif()
+  enable_language(CUDA)
+  find_package(CUDAToolkit 12 REQUIRED)
+  set(CMAKE_CUDA_STANDARD 20)
 endif()

@@ -7,8 +7,10 @@ target_include_directories(gamboge_flags INTERFACE
 # -ffp-contract=off: a multiply-add is fused only where the code says fma, so that every build of a
 # kernel makes the same bits. Signed overflow wraps: fixed-point differences rely on it.
 target_compile_options(gamboge_flags INTERFACE
-  -ffp-contract=off -fno-math-errno -fwrapv -fvisibility=hidden -Wall -Wextra -Wshadow -Wvla
-  $<$<BOOL:${GBG_WERROR}>:-Werror> $<$<BOOL:${GBG_NATIVE}>:-march=native>)
+  $<$<COMPILE_LANGUAGE:C>:-ffp-contract=off -fno-math-errno -fwrapv -fvisibility=hidden -Wall -Wextra
+  -Wshadow -Wvla $<$<BOOL:${GBG_WERROR}>:-Werror> $<$<BOOL:${GBG_NATIVE}>:-march=native>>
+  $<$<COMPILE_LANGUAGE:CUDA>:-fmad=false -Xcompiler=-ffp-contract=off,-fwrapv,-fvisibility=hidden,-Wall
+  $<$<BOOL:${GBG_WERROR}>:-Werror=all-warnings>>)
 target_compile_definitions(gamboge_flags INTERFACE _POSIX_C_SOURCE=200809L)
 target_link_libraries(gamboge_flags INTERFACE m)
 # Programs that only use the libraries need the sanitizer's runtime too, hence not in gamboge_flags.
@@ -16,11 +18,12 @@ target_link_libraries(gamboge_flags INTERFACE m)
 if(GBG_SANITIZE)
   add_compile_options($<$<COMPILE_LANGUAGE:C>:-fsanitize=${GBG_SANITIZE}>
     $<$<COMPILE_LANGUAGE:C>:-fno-sanitize-recover=all>
-    $<$<C_COMPILER_ID:GNU>:-Wno-maybe-uninitialized> -fno-omit-frame-pointer)
+    $<$<C_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+    $<$<NOT:$<COMPILE_LANGUAGE:CUDA>>:-fno-omit-frame-pointer>)
   add_link_options(-fsanitize=${GBG_SANITIZE})
 endif()
 if(GBG_COVERAGE)
-  target_compile_options(gamboge_flags INTERFACE --coverage)
+  target_compile_options(gamboge_flags INTERFACE $<$<COMPILE_LANGUAGE:C,Fortran>:--coverage>)
   target_link_options(gamboge_flags INTERFACE --coverage)
 endif()
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)

@@ -19,6 +19,7 @@ module gamboge_constants
    integer(c_int), parameter, public :: gbg_e_order = 10
    integer(c_int), parameter, public :: gbg_e_space = 11
    integer(c_int), parameter, public :: gbg_e_internal = -1
+   integer(c_int), parameter, public :: gbg_e_device = -2
 
    ! Limits of a scene (scene.h).
    integer(c_int), parameter, public :: gbg_max_species = 10

@@ -47,7 +47,7 @@ contains
 
    subroutine context_create(self, backend, stat, errmsg)
       class(gbg_context_t), intent(inout) :: self
-      ! 'cpu', 'cpu:threads=4', 'poison', 'cuda:0' or 'auto' (the default)
+      ! 'cpu', 'cpu:threads=4', 'poison', 'cuda:0' or 'auto' (the default: a GPU if there is one)
       character(*), intent(in), optional :: backend
       ! 0, or why the call was refused; without it a failure stops the program
       integer, intent(out), optional :: stat

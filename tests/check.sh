@@ -1,5 +1,6 @@
 #!/bin/bash
 # README's test command: installs what is missing, builds, runs the tests; ctest's summary comes last.
+# With nvcc the CUDA backend is built too; tests of a GPU are skipped, with a reason, where none is.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/setup.sh

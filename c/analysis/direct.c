@@ -75,7 +75,7 @@ int gbg_density_direct_make(struct gbg_density *density)
         return status;
     }
     struct gbg_density_direct *direct = density->direct = body;
-    direct->kernels = gbg_tensor_kernels_of(context->instructions);
+    direct->kernels = gbg_tensor_kernels_of(context->host);
     direct->dimension = density->dimension;
     direct->threads = context->threads;
     memcpy(direct->reach, density->modes->reach, sizeof direct->reach);

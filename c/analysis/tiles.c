@@ -122,7 +122,7 @@ int gbg_tiles_make(struct gbg_context *context, int dimension, const int32_t *ce
     tiles->threads = context->threads;
     tiles->chunks =
         n / LEAST_CHUNK + 1 < tiles->threads ? (int)(n / LEAST_CHUNK) + 1 : tiles->threads;
-    tiles->kernels = gbg_spread_kernels_of(context->instructions);
+    tiles->kernels = gbg_spread_kernels_of(context->host);
     gbg_window_make(width, &tiles->window);
     lay_tiles(tiles, cells, width);
     int status = allocate(context, tiles, n);

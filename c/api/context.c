@@ -81,6 +81,50 @@ static int parse_backend(const char *text, struct gbg_context *context)
     return GBG_OK;
 }
 
+/* Asks a backend whether it can run here; on failure the sentence is in the context. */
+static int probe(struct gbg_context *context, const char *name)
+{
+    const struct gbg_backend *backend = gbg_backend_find(name);
+    if (!backend) {
+        return gbg_fail(context, GBG_E_NAME,
+                        "no backend \"%s\"; there are cpu, poison, cuda and auto", name);
+    }
+    strcpy(context->backend, backend->name);
+    return backend->probe(context);
+}
+
+/* auto: a GPU if there is one to use, else the CPU, with the reason. Threads and instruction sets
+ * are the CPU's: who names them wants it. */
+static int choose(struct gbg_context *context)
+{
+    int for_cpu = context->threads_given || context->instructions[0];
+    if (for_cpu || !gbg_has_component("cuda")) {
+        return probe(context, "cpu");
+    }
+    if (probe(context, "cuda") == GBG_OK) {
+        snprintf(context->choice, sizeof context->choice, "auto takes cuda:%d, %s", context->device,
+                 context->card);
+        return GBG_OK;
+    }
+    static const char who[] = "backend cuda: ";
+    const char *why = context->message;
+    why += strncmp(why, who, strlen(who)) == 0 ? strlen(who) : 0;
+    snprintf(context->choice, sizeof context->choice, "auto takes cpu: %.280s", why);
+    context->message[0] = context->instructions[0] = 0;
+    return probe(context, "cpu");
+}
+
+/* The instruction set of the processor for what is not the backend's. */
+static void note_host(struct gbg_context *context)
+{
+    struct gbg_context other = {.threads = context->threads};
+    const char *set = context->instructions;
+    if (strcmp(context->backend, "cuda") == 0) {
+        set = probe(&other, "cpu") == GBG_OK ? other.instructions : "generic";
+    }
+    gbg_text_copy(context->host, sizeof context->host, set);
+}
+
 int gbg_context_create(const char *backend, struct gbg_context **context)
 {
     if (!context) {
@@ -92,28 +136,20 @@ int gbg_context_create(const char *backend, struct gbg_context **context)
     if (status != GBG_OK) {
         return status;
     }
-    if (strcmp(made.backend, "auto") == 0) {
-        strcpy(made.backend, "cpu");
-    }
-    const struct gbg_backend *found = gbg_backend_find(made.backend);
-    if (!found) {
-        return gbg_fail(NULL, GBG_E_NAME,
-                        "gbg_context_create: no backend \"%s\"; there are cpu, "
-                        "poison, cuda and auto",
-                        made.backend);
-    }
     struct gbg_context *fresh = malloc(sizeof *fresh);
     if (!fresh) {
         return gbg_fail(NULL, GBG_E_MEMORY, "gbg_context_create: %zu bytes could not be had",
                         sizeof *fresh);
     }
     *fresh = made;
-    status = found->probe(fresh);
+    status = strcmp(made.backend, "auto") == 0 ? choose(fresh) : probe(fresh, made.backend);
     if (status != GBG_OK) {
-        gbg_fail(NULL, status, "gbg_context_create: %s", fresh->message);
+        gbg_fail(NULL, status, "gbg_context_create: %s%s", fresh->message,
+                 status == GBG_E_UNBUILT ? "; cpu and auto work without it" : "");
         free(fresh);
         return status;
     }
+    note_host(fresh);
     *context = fresh;
     return GBG_OK;
 }
@@ -197,6 +233,9 @@ static const char *const components[] = {
 #ifdef _OPENMP
     "openmp",
 #endif
+#ifdef GBG_WITH_CUDA
+    "cuda",
+#endif
     NULL};
 
 int gbg_has_component(const char *component)
@@ -218,6 +257,9 @@ const char *gbg_version_text(void)
 #endif
 #ifdef _OPENMP
                                " openmp"
+#endif
+#ifdef GBG_WITH_CUDA
+                               " cuda"
 #endif
         ;
     return text;

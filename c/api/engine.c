@@ -38,6 +38,9 @@ int gbg_engine_create(struct gbg_scene *scene, struct gbg_engine **engine)
         status = gbg_engine_make(scene, &particles, engine);
     }
     gbg_particles_release(&particles);
+    if (status == GBG_OK && scene->context->choice[0]) {
+        gbg_log(scene->context, GBG_LOG_INFO, "%s", scene->context->choice);
+    }
     return status;
 }
 

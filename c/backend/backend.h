@@ -40,7 +40,7 @@ struct gbg_state {
     double diameter[GBG_SPECIES_MAX], alpha[GBG_SPECIES_MAX], mobility[GBG_SPECIES_MAX];
 };
 
-static inline int32_t gbg_rank_of(const struct gbg_state *state, int64_t i)
+GBG_INLINE int32_t gbg_rank_of(const struct gbg_state *state, int64_t i)
 {
     return state->rank ? state->rank[i] : (int32_t)i;
 }
@@ -78,14 +78,14 @@ struct gbg_contacts {
     double cap;       /* largest part of contact that a pair moves one of its discs in a round */
     const struct gbg_noise *noise; /* of the step, for the rule bridge: deviation and key */
     uint64_t step;                 /* number of the step, for the same */
-    int64_t rounds; /* out: rounds (sweeps for the rule bridge) that moved somebody */
-    int64_t pairs;  /* out: pushes, or events */
-    int64_t left;   /* out: overlapping pairs left (0 unless rounds ran out) */
+    int64_t rounds;  /* out: rounds (sweeps for the rule bridge) that moved somebody */
+    int64_t pairs;   /* out: pushes, or events */
+    int64_t left;    /* out: overlapping pairs left (0 unless rounds ran out) */
     int64_t stopped; /* out: rule event: particles that reached the limit of events a step */
-    double largest; /* out: largest move since the start of the step among those corrected */
-    double virial;  /* out: sum over pushes of the distance half way times the displacement of one
-                       disc */
-    int clear;      /* out, rule bridge: 1 if no pair overlaps, so that rounds have nothing to do */
+    double largest;  /* out: largest move since the start of the step among those corrected */
+    double virial;   /* out: sum over pushes of the distance half way times the displacement of one
+                        disc */
+    int clear; /* out, rule bridge: 1 if no pair overlaps, so that rounds have nothing to do */
 };
 
 /* A pair of indices with its distance; first = -1: none. */
@@ -104,6 +104,27 @@ struct gbg_certificate {
     int64_t overlapping, passed; /* out: pairs */
     struct gbg_pair lowest; /* out: of those, the one of lowest indices, and how near it came */
     double largest;         /* out: largest move since the start of the step */
+};
+
+/* Many Brownian steps of one plan, made without asking the host in between: cut-off forces, noise,
+ * and, where there are hard cores, rounds and the certificate. */
+enum { GBG_BATCH_FORCES = 8 };
+struct gbg_batch {
+    int64_t steps;  /* to be made */
+    uint64_t first; /* number of the first */
+    double dt;
+    const struct gbg_noise *noise;
+    struct gbg_list *pairs, *contacts; /* for forces and hard cores; NULL: none */
+    int n_forces, use_double;
+    double power[GBG_BATCH_FORCES], cutoff[GBG_BATCH_FORCES];
+    struct gbg_contacts rule; /* what is asked for; out: sums over the steps made, the virial added
+                                 to what was there */
+    double certified;         /* relative distance below contact that the certificate allows */
+    double moved;             /* largest move of the step before; out: of the last one */
+    int64_t done; /* out: steps made; fewer: the next one needs what a batch has not, as a
+                     new list or a second correction, and is to be made kernel by kernel */
+    int spoiled;  /* out: 1: the free move of the next step was made, without hard cores to keep */
+    struct gbg_moves moves; /* out: of the last step made */
 };
 
 /* Neighbour search on a caller's coordinates: all pairs whose squared distance, sum over the axes
@@ -196,8 +217,8 @@ struct gbg_kernels {
                   struct gbg_contacts *contacts);
     int (*bridge)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                   struct gbg_contacts *contacts);
-    /* A pair that came closer than contact (1 - tolerance) anywhere on the paths of the last call of
-     * `events`, from the coordinates before the step over all collisions to those now. */
+    /* A pair that came closer than contact (1 - tolerance) anywhere on the paths of the last call
+     * of `events`, from the coordinates before the step over all collisions to those now. */
     int (*events_clear)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                         double tolerance, struct gbg_pair *first);
     /* Pairs closer than contact (1 - tolerance): their number, the one of lowest indices, and the
@@ -216,6 +237,9 @@ struct gbg_kernels {
     int (*roll_back)(struct gbg_device *device, struct gbg_state *state, double tolerance,
                      int straight, int64_t *reverted);
 
+    /* The steps of a batch, as far as they go: the same bits as kernel by kernel. */
+    int (*steps)(struct gbg_device *device, struct gbg_state *state, struct gbg_batch *batch);
+
     /* Neighbour search: coordinates and results live with the caller. */
     int (*search_create)(struct gbg_device *device, const struct gbg_box *box,
                          struct gbg_search **search);
@@ -232,6 +256,9 @@ struct gbg_kernels {
     /* The next pairs, from 0, up to the capacity of the block; none left: count 0. */
     int (*search_block)(struct gbg_device *device, struct gbg_search *search,
                         struct gbg_search_block *block);
+    /* Edge of a grid's cells over the reach, where nobody asked for one and a particle has that
+     * many neighbours in the mean. NULL: the rule of the engine, which was measured on a CPU. */
+    double (*search_edge)(const struct gbg_device *device, int dimension, double neighbours);
 };
 
 struct gbg_backend {
@@ -246,9 +273,9 @@ struct gbg_backend {
     int (*upload)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*download)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*sync)(struct gbg_device *device);
-    /* May be NULL. Tells the device, before it makes lists, that no kernel of the scene works on all
-     * pairs of its n particles: unless the caller named a number of threads, it takes fewer where
-     * starting them costs more than it saves. */
+    /* May be NULL. Tells the device, before it makes lists, that no kernel of the scene works on
+     * all pairs of its n particles: unless the caller named a number of threads, it takes fewer
+     * where starting them costs more than it saves. */
     void (*expect)(struct gbg_device *device, int64_t n);
     /* Bytes of scratch memory that the device holds. */
     double (*scratch_bytes)(const struct gbg_device *device);

@@ -178,14 +178,10 @@ static int check(const struct gbg_arguments *arguments, struct gbg_session *sess
     if (status) {
         return status;
     }
-    const char *backend, *instructions;
-    int threads;
     double bytes = 0; /* before anything is read out, which takes buffers */
     gbg_engine_real(session->engine, "bytes_per_particle", &bytes);
-    gbg_context_backend(session->context, &backend, &instructions, &threads);
     printf("scene          %s\n", arguments->operand);
-    printf("backend        %s, %s instructions, %d thread%s\n", backend, instructions, threads,
-           threads == 1 ? "" : "s");
+    printf("backend        %s\n", gbg_backend_text(session->context));
     print_box(session);
     print_species(session);
     print_forces(session);

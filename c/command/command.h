@@ -68,9 +68,16 @@ int gbg_complain(int exit_status, const char *format, ...) __attribute__((format
 /* The same with the library's own sentence. */
 int gbg_complain_library(int exit_status, const struct gbg_context *context);
 
+/* What the program ends with after a refusal of its input that had this status: bad use, unless
+ * memory or the GPU failed. */
+int gbg_exit_of(int status);
+
 /* A context of the default backend whose warnings go to stderr; backend NULL: auto, threads 0: the
  * machine's. GBG_EXIT_DONE, or the exit status after a complaint. */
 int gbg_open_context(const char *backend, int64_t threads, struct gbg_context **context);
+
+/* Where the kernels run and, if auto could not take a GPU, why. Static storage. */
+const char *gbg_backend_text(const struct gbg_context *context);
 
 /* 1 if `path` ends in `suffix`, letters of either case. */
 int gbg_has_suffix(const char *path, const char *suffix);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "command/command.h"
+#include "core/context.h"
 
 int gbg_complain(int exit_status, const char *format, ...)
 {
@@ -25,6 +26,28 @@ int gbg_complain(int exit_status, const char *format, ...)
 int gbg_complain_library(int exit_status, const struct gbg_context *context)
 {
     return gbg_complain(exit_status, "%s", gbg_message(context));
+}
+
+int gbg_exit_of(int status)
+{
+    int failed = status < 0 || status == GBG_E_MEMORY;
+    return failed ? GBG_EXIT_FAILED : status == GBG_OK ? GBG_EXIT_DONE : GBG_EXIT_USE;
+}
+
+const char *gbg_backend_text(const struct gbg_context *context)
+{
+    static char text[640];
+    const char *name, *instructions;
+    int threads;
+    gbg_context_backend(context, &name, &instructions, &threads);
+    if (context->card[0]) {
+        snprintf(text, sizeof text, "%s:%d, %s, %s", name, context->device, context->card,
+                 instructions);
+    } else {
+        snprintf(text, sizeof text, "%s, %s instructions, %d thread%s%s%s", name, instructions,
+                 threads, threads == 1 ? "" : "s", context->choice[0] ? "; " : "", context->choice);
+    }
+    return text;
 }
 
 static void print_log(void *user, int level, const char *line)
@@ -44,8 +67,9 @@ int gbg_open_context(const char *backend, int64_t threads, struct gbg_context **
     } else {
         snprintf(text, sizeof text, "%s", backend);
     }
-    if (gbg_context_create(text, context) != GBG_OK) {
-        return gbg_complain_library(GBG_EXIT_USE, NULL);
+    int status = gbg_context_create(text, context);
+    if (status != GBG_OK) {
+        return gbg_complain_library(gbg_exit_of(status), NULL);
     }
     gbg_context_set_log(*context, print_log, NULL);
     return GBG_EXIT_DONE;

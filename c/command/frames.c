@@ -45,7 +45,7 @@ int gbg_frames_open(const struct gbg_arguments *arguments, struct gbg_frames *fr
     if (access(frames->path, F_OK) != 0) {
         return gbg_complain(GBG_EXIT_USE, "there is no file %s", frames->path);
     }
-    int status = gbg_open_context(NULL, gbg_integer_of(arguments, "threads", 0), &frames->context);
+    int status = gbg_open_context("cpu", gbg_integer_of(arguments, "threads", 0), &frames->context);
     if (status) {
         return status;
     }

@@ -19,11 +19,10 @@ int gbg_command_info(const struct gbg_arguments *arguments)
     if (status) {
         return status;
     }
-    const char *name, *instructions;
     int threads;
-    gbg_context_backend(context, &name, &instructions, &threads);
+    gbg_context_backend(context, NULL, NULL, &threads);
     printf("version       %s\n", gbg_version_text());
-    printf("backend       %s, %s instructions\n", name, instructions);
+    printf("backend       %s\n", gbg_backend_text(context));
     printf("threads       %d (the machine has %ld processors)\n", threads,
            sysconf(_SC_NPROCESSORS_ONLN));
     for (size_t i = 0; i < sizeof components / sizeof components[0]; i++) {

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "bench/machine.h"
+#include "core/context.h"
 #include "core/file.h"
 
 static void put_name(FILE *file, const char *name)
@@ -106,6 +107,9 @@ static void put_all(FILE *file, const struct gbg_run_report *report)
     put_error(file, session);
     put_text(file, "backend", backend);
     put_text(file, "instructions", instructions);
+    if (session->context->card[0]) {
+        put_text(file, "gpu", session->context->card);
+    }
     put_integer(file, "threads", threads);
     put_text(file, "state", hash);
     put_text(file, "commit", gbg_machine_commit());

@@ -207,8 +207,7 @@ static void print_summary(const struct job *job)
     int64_t n = 0, rounds = 0, left = -1, reverted = 0, repeated = 0, unfinished = 0;
     double dt = 0, busy = 0, fraction = 0;
     int cores = strcmp(gbg_session_text(&job->session, "excluded_volume.rule"), "none") != 0;
-    const char *instructions;
-    int threads, dimension;
+    int dimension;
     int64_t steps = job->steps - job->first;
     gbg_engine_size(job->session.engine, &n, &dimension);
     gbg_engine_integer(job->session.engine, "contact_rounds", &rounds);
@@ -219,12 +218,11 @@ static void print_summary(const struct job *job)
     gbg_engine_real(job->session.engine, "reverted_fraction", &fraction);
     gbg_engine_real(job->session.engine, "dt", &dt);
     gbg_engine_real(job->session.engine, "seconds", &busy);
-    gbg_context_backend(job->session.context, NULL, &instructions, &threads);
     printf("done           %s steps of %s particles, to time %g\n", gbg_count_text(steps),
            gbg_count_text(n), dt * (double)job->steps);
-    printf("wall time      %s, of it %s in steps (%d thread%s, %s)\n",
-           gbg_duration_text(job->seconds), gbg_duration_text(busy), threads,
-           threads == 1 ? "" : "s", instructions);
+    printf("backend        %s\n", gbg_backend_text(job->session.context));
+    printf("wall time      %s, of it %s in steps\n", gbg_duration_text(job->seconds),
+           gbg_duration_text(busy));
     if (steps > 0 && n > 0) {
         printf("speed          %.1f ns per particle-step\n",
                1e9 * busy / ((double)steps * (double)n));

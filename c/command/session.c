@@ -24,8 +24,7 @@ int gbg_session_start(struct gbg_session *session)
     if (status == GBG_OK) {
         return GBG_EXIT_DONE;
     }
-    return gbg_complain_library(status == GBG_E_MEMORY ? GBG_EXIT_FAILED : GBG_EXIT_USE,
-                                session->context);
+    return gbg_complain_library(gbg_exit_of(status), session->context);
 }
 
 void gbg_session_close(struct gbg_session *session)

@@ -4,7 +4,7 @@
 #define MOST 9007199254740992.0
 
 /* clang-format off */
-#define BACKEND {"backend", "NAME", "cpu, poison, cuda:N or auto (default)", GBG_TEXT, 0, 0, 0}
+#define BACKEND {"backend", "NAME", "cpu, poison, cuda:N or auto (default): a GPU if there is one", GBG_TEXT, 0, 0, 0}
 #define THREADS {"threads", "N", "threads (default: the machine's)", GBG_INTEGER, 1, 1024, 0}
 #define FIRST {"first", "I", "first frame, from 0 (default 0)", GBG_INTEGER, 0, MOST, 0}
 #define LAST {"last", "I", "last frame (default: that of the file)", GBG_INTEGER, 0, MOST, 0}

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdint.h>
 
+#include "core/inline.h"
+
 /* A coordinate is an unsigned 64-bit fraction of the box length; the difference of two, read as a
  * signed number, is the minimum image, exactly. */
 struct gbg_box {
@@ -29,7 +31,7 @@ static inline struct gbg_box gbg_box_make(int dimension, const double *length, c
 
 /* Fraction of the box at coordinate r (any finite value) on axis a; *image receives the box number.
  * The fraction is rounded to the nearest 2^-64 that a double can name. */
-static inline uint64_t gbg_box_encode(const struct gbg_box *box, int a, double r, int32_t *image)
+GBG_INLINE uint64_t gbg_box_encode(const struct gbg_box *box, int a, double r, int32_t *image)
 {
     double scaled = (r - box->origin[a]) / box->length[a];
     double whole = floor(scaled);
@@ -45,14 +47,14 @@ static inline uint64_t gbg_box_encode(const struct gbg_box *box, int a, double r
 }
 
 /* Coordinate of a fraction, in [origin, origin + length). */
-static inline double gbg_box_decode(const struct gbg_box *box, int a, uint64_t fraction)
+GBG_INLINE double gbg_box_decode(const struct gbg_box *box, int a, uint64_t fraction)
 {
     double offset = (double)(fraction >> 11) * (box->quantum[a] * 2048.0);
     return box->origin[a] + offset;
 }
 
 /* Minimum-image difference p - q on axis a. */
-static inline double gbg_box_difference(const struct gbg_box *box, int a, uint64_t p, uint64_t q)
+GBG_INLINE double gbg_box_difference(const struct gbg_box *box, int a, uint64_t p, uint64_t q)
 {
     return (double)(int64_t)(p - q) * box->quantum[a];
 }

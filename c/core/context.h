@@ -10,11 +10,14 @@
 enum { GBG_MESSAGE_CAPACITY = 1024 };
 
 struct gbg_context {
-    char backend[32];      /* registry name: "cpu", "poison" */
-    char instructions[16]; /* of the kernels chosen: "avx512", "avx2", "generic" */
-    int threads;
-    int threads_given; /* 1: the caller named a number of threads, which is taken as it is */
-    int device;
+    char backend[32];      /* registry name: "cpu", "poison", "cuda" */
+    char instructions[16]; /* of the kernels chosen: "avx512", "avx2", "generic", "sm_90" */
+    char host[16];         /* of what runs on the processor whatever the backend: analysis */
+    int threads;           /* on the processor */
+    int threads_given;     /* 1: the caller named a number of threads, which is taken as it is */
+    int device;            /* number of the GPU */
+    char card[64];         /* name of the GPU, "" without one */
+    char choice[320];      /* what `auto` took and why, a line for the log; "": nothing to choose */
     gbg_log_sink sink;
     void *sink_user;
     char message[GBG_MESSAGE_CAPACITY];

@@ -14,7 +14,7 @@ void gbg_memory_fail_after(int64_t n)
     atomic_store(&countdown, n);
 }
 
-static int told_to_fail(void)
+int gbg_memory_told_to_fail(void)
 {
     return atomic_load(&countdown) > 0 && atomic_fetch_sub(&countdown, 1) == 1;
 }
@@ -29,7 +29,7 @@ int gbg_allocate(struct gbg_context *context, void **pointer, int64_t count, siz
                         "can hold", what, (long long)count, size);
     }
     size_t bytes = ((size_t)count * size + 2 * GBG_ALIGNMENT - 1) & ~(size_t)(GBG_ALIGNMENT - 1);
-    if (!told_to_fail()) {
+    if (!gbg_memory_told_to_fail()) {
         *pointer = aligned_alloc(GBG_ALIGNMENT, bytes);
     }
     if (!*pointer) {

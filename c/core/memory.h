@@ -22,9 +22,12 @@ int gbg_allocate_zero(struct gbg_context *context, void **pointer, int64_t count
                       const char *what);
 void gbg_release(void *pointer);
 
-/* For tests: the n-th allocation from now fails (0: none does). */
+/* For tests: the n-th allocation from now fails, on the host or a device (0: none does). */
 void gbg_memory_fail_after(int64_t n);
 
 #pragma GCC visibility pop
+
+/* Asked by whoever allocates elsewhere than here, once an allocation: 1 if this one shall fail. */
+int gbg_memory_told_to_fail(void);
 
 #endif

@@ -4,6 +4,8 @@
 
 #include <stdint.h>
 
+#include "core/inline.h"
+
 /* Streams: the top 8 bits of the last counter word, so that uses never share a number. */
 enum gbg_stream {
     GBG_STREAM_NOISE = 0,    /* one call a particle and step; redraws follow in 1..15 */
@@ -18,14 +20,14 @@ struct gbg_philox {
 };
 
 /* key (seed, run), counter (step, id, stream): id below 2^56. */
-static inline struct gbg_philox gbg_philox_counter(uint64_t step, uint64_t id, uint32_t stream)
+GBG_INLINE struct gbg_philox gbg_philox_counter(uint64_t step, uint64_t id, uint32_t stream)
 {
     struct gbg_philox c = {{(uint32_t)step, (uint32_t)(step >> 32), (uint32_t)id,
                             ((uint32_t)(id >> 32) & 0xFFFFFFu) | stream << 24}};
     return c;
 }
 
-static inline struct gbg_philox gbg_philox(struct gbg_philox c, uint32_t key0, uint32_t key1)
+GBG_INLINE struct gbg_philox gbg_philox(struct gbg_philox c, uint32_t key0, uint32_t key1)
 {
     for (int round = 0; round < 10; round++) {
         uint64_t p = (uint64_t)0xD2511F53u * c.word[0];
@@ -41,7 +43,7 @@ static inline struct gbg_philox gbg_philox(struct gbg_philox c, uint32_t key0, u
 
 /* Counter of a pair of ids min < max below 2^56 in a step: plain for ids below 2^32 and steps below
  * 2^56; larger ids are first folded to 56 bits under the same key. */
-static inline struct gbg_philox gbg_philox_pair(uint64_t step, uint64_t min, uint64_t max,
+GBG_INLINE struct gbg_philox gbg_philox_pair(uint64_t step, uint64_t min, uint64_t max,
                                                 uint32_t stream, uint32_t key0, uint32_t key1)
 {
     uint32_t first = (uint32_t)min, second = (uint32_t)max;
@@ -57,7 +59,7 @@ static inline struct gbg_philox gbg_philox_pair(uint64_t step, uint64_t min, uin
 }
 
 /* Uniform in (0,1) from 53 bits: never 0 or 1. */
-static inline double gbg_uniform(uint32_t high, uint32_t low)
+GBG_INLINE double gbg_uniform(uint32_t high, uint32_t low)
 {
     uint64_t bits = ((uint64_t)high << 32 | low) >> 11;
     return ((double)bits + 0.5) * 0x1p-53;

@@ -175,6 +175,17 @@ int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *ste
     return status;
 }
 
+void gbg_step_contacts_ask(const struct gbg_engine *engine, struct gbg_batch *batch)
+{
+    batch->contacts = engine->contacts;
+    batch->certified = certified;
+    batch->rule = (struct gbg_contacts){.parting = parting_of(engine->scene.rule),
+                                        .max_rounds = engine->scene.max_rounds,
+                                        .tolerance = of_rules,
+                                        .cap = cap,
+                                        .noise = &engine->noise};
+}
+
 int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count)
 {
     struct gbg_pair pair;

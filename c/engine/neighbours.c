@@ -69,6 +69,9 @@ static double best_edge(const struct gbg_neighbours *neighbours, int64_t n, doub
 {
     int dimension = neighbours->box.dimension;
     double each = expected(neighbours, n, reach) * fmax(1.0, neighbours->crowding);
+    if (neighbours->kernels->search_edge) {
+        return neighbours->kernels->search_edge(neighbours->device, dimension, each);
+    }
     double candidates = each * (dimension == 2 ? 9.0 / 3.14159265358979 : 27.0 / 4.18879020478639);
     if (each >= (dimension == 2 ? 60.0 : 100.0)) {
         return 0.5;

@@ -89,8 +89,10 @@ int gbg_caller_remove_overlaps(struct gbg_bare *bare, const double *diameter, in
                                int64_t max_rounds, double *const base[3], ptrdiff_t step,
                                int64_t *rounds)
 {
-    struct gbg_contacts contacts = {
-        .parting = bounce ? GBG_PARTING_BOUNCE : GBG_PARTING_CONTACT, .max_rounds = max_rounds, .tolerance = contact_tolerance, .cap = 0.25};
+    struct gbg_contacts contacts = {.parting = bounce ? GBG_PARTING_BOUNCE : GBG_PARTING_CONTACT,
+                                    .max_rounds = max_rounds,
+                                    .tolerance = contact_tolerance,
+                                    .cap = 0.25};
     struct gbg_list *list = NULL;
     double reach = largest(diameter, bare->state.owned);
     *rounds = 0;

@@ -54,8 +54,14 @@ int gbg_engine_advance(struct gbg_engine *engine, int64_t steps)
 {
     double began = now();
     int status = GBG_OK;
-    for (int64_t k = 0; k < steps && status == GBG_OK; k++) {
-        status = make_step(engine);
+    for (int64_t k = 0; k < steps && status == GBG_OK;) {
+        int64_t made = 0;
+        status = gbg_engine_batch(engine, steps - k, &made);
+        k += made;
+        if (status == GBG_OK && k < steps) {
+            status = make_step(engine);
+            k++;
+        }
     }
     engine->seconds += now() - began;
     return status;

@@ -22,8 +22,8 @@ extern "C" {
     X(GBG_E_FILE, 4, "a file cannot be opened, read or written", "check path, rights and space")   \
     X(GBG_E_FORMAT, 5, "a file was read but its content is not what it should be",                 \
       "the message names what was expected and where")                                             \
-    X(GBG_E_UNBUILT, 6, "this build has no such component",                                        \
-      "configure again with the CMake option that the message names")                              \
+    X(GBG_E_UNBUILT, 6, "this build or this machine has no such component",                        \
+      "the message names the CMake option that brings it, or what the machine lacks")              \
     X(GBG_E_MEMORY, 7, "memory could not be had", "the message names the bytes asked for")         \
     X(GBG_E_OVERLAP, 8, "hard cores overlap or particles coincide",                                \
       "the message names both ids and the distance")                                               \
@@ -31,7 +31,9 @@ extern "C" {
       "take the dt that the message estimates; the state is that of the last good step")           \
     X(GBG_E_ORDER, 10, "the call is not allowed at this point", "the message says what comes first") \
     X(GBG_E_SPACE, 11, "the caller's array is too small", "the message names the size needed")     \
-    X(GBG_E_INTERNAL, -1, "a defect in the library", "please report the message")
+    X(GBG_E_INTERNAL, -1, "a defect in the library", "please report the message")                  \
+    X(GBG_E_DEVICE, -2, "the GPU or its driver failed",                                            \
+      "the message names the call and the error; what was written before is whole")
 
 enum gbg_status {
 #define GBG_STATUS_ENTRY(name, value, meaning, remedy) name = value,

@@ -5,7 +5,8 @@ BEGIN {
     # What each room may include; a file name after the room narrows it to that header.
     may["core"] = "core public"
     may["scene"] = "scene core public"
-    may["backend"] = "backend core public"
+    may["backend"] = "backend core public cuda/simd_cuda.h"
+    may["cuda"] = "cuda backend core public"
     may["engine"] = "engine scene backend core public"
     may["io"] = "io core public scene/scene.h engine/view.h"
     may["analysis"] = "analysis core public"
@@ -14,12 +15,16 @@ BEGIN {
     may["bench"] = "bench backend core public"
     may["public"] = "public"
     may["examples"] = "public"
-    library = "^(core|scene|backend|engine|io|analysis|api)$"
+    library = "^(core|scene|backend|cuda|engine|io|analysis|api)$"
     # Words that only some files may use.
     owner["nc_[a-z0-9_]+"] = "^c/(io/|analysis/write|command/plot_data[.]c)"
     owner["fftwf?_[a-z]+"] = "^c/analysis/"
     owner["c?yaml_[a-z]+"] = "^c/scene/"
     owner["cairo_[a-z]+"] = "^c/command/"
+    owner["cuda[A-Z][A-Za-z0-9]+"] = "^cuda/"
+    owner["gbg_cuda_[a-z_]+"] = "^cuda/"
+    owner["(cub::|curand_|<<<)"] = "^cuda/"
+    owner["__(global|device|host|shared|constant)__"] = "^(cuda/|c/core/inline[.]h)"
     owner["omp_[a-z_]+"] = "^c/(backend|api|analysis|core)/"
     spoken = "(f?printf|vf?printf|f?puts|putchar|perror|assert|abort|_?exit|quick_exit|raise|signal) *[(]"
     streams = "std(in|out|err)"
@@ -31,7 +36,7 @@ function breach(text) {
     breaches++
 }
 
-# Room of a file: its folder under c/, public, bench, examples; "" for tests and the Fortran face.
+# Room of a file: its folder under c/, public, bench, cuda, examples; "" for tests and the Fortran face.
 function room_of(path,    part) {
     split(path, part, "/")
     if (part[1] == "c" && path ~ /^c\/[a-z]+\//) {
@@ -40,7 +45,7 @@ function room_of(path,    part) {
     if (part[1] == "include") {
         return "public"
     }
-    return part[1] ~ /^(bench|examples)$/ ? part[1] : ""
+    return part[1] ~ /^(bench|cuda|examples)$/ ? part[1] : ""
 }
 
 # Room of an included name as seen from a file of room `here`.
@@ -82,7 +87,7 @@ function bare(line,    out, c, two, quote) {
 
 FNR == 1 {
     room = room_of(FILENAME)
-    is_c = FILENAME ~ /\.(c|h|h\.in)$/
+    is_c = FILENAME ~ /\.(c|cu|h|h\.in)$/
     inside = 0
     wanted = is_c ? "^/[*/]" : FILENAME ~ /\.(f90|f)$/ ? "^[!cC*]" : "^#"
     if ($0 !~ wanted) {
@@ -106,7 +111,7 @@ is_c && room != "" && /^[ \t]*#[ \t]*include[ \t]*["<]/ {
     }
 }
 
-is_c && /nc_|fftw|yaml_|cairo_|omp_|print|put|perror|assert|abort|exit|raise|signal|std/ || inside || /\/\*/ {
+is_c && /nc_|fftw|yaml_|cairo_|omp_|cu(da|b:|rand)|__|<<<|print|put|perror|assert|abort|exit|raise|signal|std/ || inside || /\/\*/ {
     if (!is_c) {
         next
     }

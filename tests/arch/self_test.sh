@@ -38,6 +38,10 @@ plant c/io/clean.c '#include <netcdf.h>' '#include "scene/scene.h"' '#include "e
     'int s = nc_open("a", 0, 0);'
 plant c/command/clean.c '#include "gamboge/engine.h"' 'int s = printf("x");'
 plant c/api/clean.c '#include "engine/engine.h"' '#include "io/restart.h"'
+plant c/core/inline.h '#define GBG_INLINE static __host__ __device__'
+plant c/backend/cpu/simd.h '#include "cuda/simd_cuda.h"'
+plant cuda/clean.cu '#include "cuda/cuda.h"' '#include "backend/cpu/noise.h"' '#include <cub/cub.cuh>' \
+    'static __global__ void f(int *x) {}' 'cudaError_t s = cudaFree(0);' 'void g() { f<<<1, 1>>>(0); }'
 if ! said=$(sh "$here/arch.sh" "$root"); then
     echo "a clean tree is refused: $said"
     failed=1
@@ -56,6 +60,13 @@ expect "may not include" include/gamboge/bad.h '#include "core/box.h"'
 expect "may not include" bench/bad.c '#include "engine/engine.h"'
 expect "may not include" examples/c/bad.c '#include "core/box.h"'
 expect "may not include" c/core/bad.c '#include "../scene/scene.h"'
+expect "may not include" cuda/bad.cu '#include "engine/engine.h"'
+expect "may not include" c/backend/cpu/bad.c '#include "cuda/cuda.h"'
+expect "may not include" c/engine/bad.c '#include "cuda/simd_cuda.h"'
+expect "never prints" cuda/bad.cu 'static __global__ void f() { printf("x"); }'
+expect "belong to" c/backend/cpu/bad.c 'int s = cudaMalloc(0, 0);'
+expect "belong to" c/engine/bad.h 'static __global__ void f(void);'
+expect "belong to" c/api/bad.c 'int s = gbg_cuda_live();'
 expect "never prints" c/engine/bad.c 'void f(void) { printf("x"); }'
 expect "never prints" c/api/bad.c 'void f(void) { fputs("x", 0); }'
 expect "never prints" c/core/bad.c 'void f(void) { exit (1); }'

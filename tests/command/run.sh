@@ -40,6 +40,24 @@ expect 0 "state" run plain.yaml --hash --seed 8
 expect 0 "" run plain.yaml --quiet
 [ -s said ] && fault "--quiet prints: $(cat said)"
 
+# A GPU: one sentence that says what is lacking, or the same numbers.
+if "$gamboge" info | grep -q "^cuda *no"; then
+    expect 2 "-DGBG_WITH_CUDA=ON" run plain.yaml --backend cuda:0
+elif "$gamboge" info | grep -q "^backend *cuda:"; then
+    expect 0 "backend        cuda:0, " run plain.yaml --hash --backend cuda:0
+    [ "$(hash_of)" = "$whole" ] || fault "the GPU changes the state"
+    expect 0 "backend        cpu, " run plain.yaml --hash --backend cpu
+    [ "$(hash_of)" = "$whole" ] || fault "the CPU has another state than the GPU"
+else
+    for name in cuda cuda:0 cuda:7; do
+        expect 2 "backend cuda: no GPU" run plain.yaml --backend $name
+        [ "$(wc -l <said)" -eq 1 ] || fault "more than one line: $(cat said)"
+    done
+    expect 0 "auto takes cpu: no GPU" run plain.yaml --hash
+    [ "$(hash_of)" = "$whole" ] || fault "looking for a GPU changes the state"
+    expect 0 "auto takes cpu: no GPU" check plain.yaml
+fi
+
 # The summary as JSON agrees with what is printed, and every rule can be written down.
 expect 0 "state" run plain.yaml --hash --json j.json
 for word in "\"steps\": 40," "\"particles\": 64," "\"rule\": \"bounce\"" "\"overlaps_left\": 0," "\"state\": \"$whole\""; do
@@ -117,7 +135,8 @@ active wrong.yaml "run: {steps: -4}"
 expect 2 "wrong.yaml:" run wrong.yaml
 expect 2 "there is no folder" run plain.yaml --out nowhere/t.nc
 expect 2 "from 1 to 1024" run plain.yaml --threads 0
-expect 2 "cuda" run plain.yaml --backend cuda:0
+expect 2 "threads=N" run plain.yaml --backend cuda:x
+expect 2 "backend cuda" run plain.yaml --backend cuda:1000
 expect 2 "is the input" run plain.yaml --out plain.yaml
 expect 2 "is the input" forces plain.yaml --out plain.yaml
 expect 2 "needs --out" forces plain.yaml

@@ -21,16 +21,8 @@
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/variant.h"
 
-/* Particles of a block: pairs of a block and what they touch stay in the first-level cache, and a
- * small system still has several blocks. */
-static const double block_particles = 256.0;
 /* Below this many pairs a second thread costs more than it brings. */
 enum { FEW_PAIRS = 4096 };
-
-/* Part of the searched gap that pushes of others are expected to close. C3 short at packing 0.79,
- * dt 0.01: 0.1 to 0.4 leave the same 0.7 % of the pushed pairs to bounce rounds, all of them for
- * want of sweeps; with 93 sweeps at most 1e-4 are left. */
-static const double lee_part = 0.2;
 
 static int this_thread(void)
 {
@@ -39,56 +31,6 @@ static int this_thread(void)
 #else
     return 0;
 #endif
-}
-
-static double largest_contact(const struct gbg_state *state)
-{
-    double largest = 0.0;
-    for (int s = 0; s < state->n_species; s++) {
-        largest = state->diameter[s] > largest ? state->diameter[s] : largest;
-    }
-    return largest;
-}
-
-/* Blocks so wide that those with one between them touch no common disc: an even number along each
- * axis, or one. Their size follows from the box, the reach and the number of particles. */
-static void choose_blocks(struct bridge *bridge)
-{
-    const struct gbg_box *box = &bridge->state->box;
-    double volume = 1.0, n = (double)bridge->list->n;
-    for (int a = 0; a < box->dimension; a++) {
-        volume *= box->length[a];
-    }
-    volume *= block_particles / (n > 1.0 ? n : 1.0);
-    double edge = 2.001 * bridge->unit * (1.0 + bridge->look);
-    while (edge * edge * (box->dimension == 2 ? 1.0 : edge) < volume) {
-        edge *= 1.125; /* no root: its last bit could differ elsewhere */
-    }
-    bridge->n_blocks = 1;
-    for (int a = 0; a < 3; a++) {
-        double fit = a < box->dimension ? floor(box->length[a] / edge) : 1.0;
-        int64_t count = fit < 1024.0 ? (int64_t)fit : 1024;
-        bridge->blocks[a] = count < 2 ? 1 : count - count % 2;
-        bridge->n_blocks *= bridge->blocks[a];
-    }
-}
-
-static int set_up(struct bridge *bridge)
-{
-    const struct gbg_state *state = bridge->state;
-    bridge->unit = largest_contact(state);
-    if (!(bridge->unit > 0.0) || bridge->list->n == 0) {
-        return 0;
-    }
-    for (int a = 0; a < bridge->dimension; a++) {
-        bridge->quantum[a] = state->box.quantum[a] / bridge->unit;
-    }
-    bridge->look = bridge->list->reach / bridge->unit - 1.0;
-    bridge->lee = lee_part * bridge->look;
-    bridge->deviation = sqrt(2.0) * bridge->rule->noise->scale / bridge->unit;
-    bridge->squared = (float)(bridge->deviation * bridge->deviation);
-    choose_blocks(bridge);
-    return 1;
 }
 
 /* Hands out `count` elements of `size` bytes of the workspace; counts only while base is NULL. */
@@ -102,7 +44,7 @@ static void *take(unsigned char *base, size_t *used, int64_t count, size_t size)
 static size_t lay_out(struct bridge *bridge, unsigned char *base)
 {
     size_t used = 0, dimension = (size_t)bridge->dimension;
-    int64_t chunks = bridge->list->n_chunks, n = bridge->list->n, blocks = bridge->n_blocks;
+    int64_t chunks = bridge->list->n_chunks, n = bridge->list->n, blocks = bridge->plan.n_blocks;
     int64_t pairs = chunks * bridge->list->bridge_found;
     bridge->found_capacity = bridge->list->bridge_found;
     bridge->most = bridge->list->bridge_most;
@@ -158,10 +100,10 @@ static int find(struct bridge *bridge)
         for (int c = 0; c < list->n_chunks; c++) {
             found = bridge->found_count[c] > found ? bridge->found_count[c] : found;
         }
-        for (int64_t b = 0; b < bridge->n_blocks; b++) {
+        for (int64_t b = 0; b < bridge->plan.n_blocks; b++) {
             int64_t pairs = 0;
             for (int c = 0; c < list->n_chunks; c++) {
-                pairs += bridge->tally[c * bridge->n_blocks + b];
+                pairs += bridge->tally[c * bridge->plan.n_blocks + b];
             }
             most = pairs > most ? pairs : most;
         }
@@ -177,8 +119,8 @@ static int colour_of(const struct bridge *bridge, int64_t block)
 {
     int colour = 0;
     for (int a = 0; a < bridge->dimension; a++) {
-        colour |= (int)(block % bridge->blocks[a] % 2) << a;
-        block /= bridge->blocks[a];
+        colour |= (int)(block % bridge->plan.blocks[a] % 2) << a;
+        block /= bridge->plan.blocks[a];
     }
     return colour;
 }
@@ -186,7 +128,7 @@ static int colour_of(const struct bridge *bridge, int64_t block)
 /* Sorts the found pairs by block and the blocks by colour. Returns the number of pairs. */
 static int64_t sort_by_block(struct bridge *bridge)
 {
-    int64_t place = 0, n = 0, blocks = bridge->n_blocks;
+    int64_t place = 0, n = 0, blocks = bridge->plan.n_blocks;
     int chunks = bridge->list->n_chunks;
     for (int64_t b = 0; b < blocks; b++) {
         bridge->first[b] = place;
@@ -244,16 +186,14 @@ static void sum_quanta(struct bridge *bridge, int64_t block, int64_t *pairs, int
     for (int64_t k = first; k < first + bridge->count[block]; k++) {
         const struct bridge_pair *pair = &bridge->pair[k];
         if (pair->push > 0.0f) {
-            double push = (double)pair->push;
             for (int a = 0; a < dimension; a++) {
-                int64_t quanta = (int64_t)rint(push * (double)bridge->normal[dimension * k + a] /
-                                               bridge->quantum[a]);
+                int64_t quanta = bridge_quanta(pair->push, bridge->normal[dimension * k + a],
+                                               bridge->plan.quantum[a]);
                 bridge->quanta[(int64_t)dimension * pair->i + a] += quanta;
                 bridge->quanta[(int64_t)dimension * pair->j + a] -= quanta;
             }
             *pairs += 1;
-            *virial += (int64_t)rint(bridge_contact(bridge, pair->i, pair->j) / bridge->unit *
-                                     push * 0x1p39);
+            *virial += bridge_virial(&bridge->plan, bridge->state, pair->i, pair->j, pair->push);
         }
     }
 }
@@ -263,21 +203,14 @@ static void sum_quanta(struct bridge *bridge, int64_t block, int64_t *pairs, int
  * of all particles costs less. */
 static int is_clear(struct bridge *bridge, int64_t pairs, double farthest_push)
 {
-    const struct gbg_state *state = bridge->state;
     double least = 1.0 - bridge->rule->tolerance;
-    if (8 * pairs > bridge->list->n || 2.0 * farthest_push > 0.99 * bridge->look * bridge->unit) {
+    if (8 * pairs > bridge->list->n ||
+        2.0 * farthest_push > 0.99 * bridge->plan.look * bridge->plan.unit) {
         return 0;
     }
     for (int64_t k = 0; k < pairs; k++) {
-        int32_t i = bridge->sorted[2 * k], j = bridge->sorted[2 * k + 1];
-        double squared = 0.0, contact = least * bridge_contact(bridge, i, j);
-        for (int a = 0; a < bridge->dimension; a++) {
-            double d =
-                gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
-                                   gbg_join(state->high[a][j], state->low[a][j]));
-            squared += d * d;
-        }
-        if (squared < contact * contact) {
+        if (bridge_overlap(bridge->state, bridge->sorted[2 * k], bridge->sorted[2 * k + 1],
+                           least)) {
             return 0;
         }
     }
@@ -346,11 +279,11 @@ static int apply_pushes(struct bridge *bridge, struct gbg_contacts *contacts)
     }
     contacts->pairs = pairs;
     contacts->largest = sqrt(largest);
-    contacts->virial = (double)virial * 0x1p-40 * bridge->unit * bridge->unit;
+    contacts->virial = (double)virial * 0x1p-40 * bridge->plan.unit * bridge->plan.unit;
     if (stale) {
         return gbg_list_build(bridge->device, bridge->state, bridge->list);
     }
-    contacts->clear = is_clear(bridge, bridge->first[bridge->n_blocks], sqrt(farthest));
+    contacts->clear = is_clear(bridge, bridge->first[bridge->plan.n_blocks], sqrt(farthest));
     return GBG_OK;
 }
 
@@ -366,7 +299,7 @@ int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *st
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
     contacts->clear = 0;
-    if (!set_up(&bridge)) {
+    if (!bridge_make_plan(&bridge.plan, state, list->n, list->reach, contacts->noise)) {
         return GBG_OK;
     }
     int status = find(&bridge);

@@ -5,20 +5,6 @@
 #include "backend/cpu/bridge.h"
 #include "backend/cpu/noise.h"
 
-/* -2 ln U of the smallest U that noise.h makes, 2^-32. */
-static const double most_exponential = 44.37;
-
-static inline int32_t block_of(const struct bridge *bridge, int64_t i, int64_t j)
-{
-    const struct gbg_state *state = bridge->state;
-    int64_t owner = bridge_id(bridge, i) < bridge_id(bridge, j) ? i : j, block = 0;
-    for (int a = bridge->dimension - 1; a >= 0; a--) {
-        uint64_t cell = (uint64_t)state->high[a][owner] * (uint64_t)bridge->blocks[a] >> 32;
-        block = block * bridge->blocks[a] + (int64_t)cell;
-    }
-    return (int32_t)block;
-}
-
 /* Keeps the pairs (first + lane, j[lane]) of the lanes in `bits` that are met for the first time.
  */
 static inline void note_pairs(struct bridge *bridge, int chunk, uint32_t bits, int64_t first,
@@ -33,8 +19,8 @@ static inline void note_pairs(struct bridge *bridge, int chunk, uint32_t bits, i
         }
         int64_t n = bridge->found_count[chunk]++;
         if (n < bridge->found_capacity) {
-            int32_t block = block_of(bridge, i, j[lane]);
-            bridge->tally[chunk * bridge->n_blocks + block]++;
+            int32_t block = bridge_block_of(&bridge->plan, bridge->state, i, j[lane]);
+            bridge->tally[chunk * bridge->plan.n_blocks + block]++;
             found[n] = (struct bridge_found){(int32_t)i, j[lane], block};
         }
     }
@@ -69,10 +55,9 @@ find_in_slice(struct bridge *bridge, int chunk, int64_t slice, int part, vf limi
 void bridge_find(struct bridge *bridge, int chunk)
 {
     const struct gbg_list *list = bridge->list;
-    double reach = bridge->unit * (1.0 + bridge->look);
-    vf limit = vf_set((float)(reach * reach * (1.0 + 1e-5))); /* room for rounding */
-    memset(bridge->tally + chunk * bridge->n_blocks, 0,
-           (size_t)bridge->n_blocks * sizeof *bridge->tally);
+    vf limit = vf_set(bridge->plan.limit);
+    memset(bridge->tally + chunk * bridge->plan.n_blocks, 0,
+           (size_t)bridge->plan.n_blocks * sizeof *bridge->tally);
     bridge->found_count[chunk] = 0;
     for (int64_t slice = list->chunk[chunk].first_slice; slice < list->chunk[chunk].end_slice;
          slice++) {
@@ -86,41 +71,6 @@ void bridge_find(struct bridge *bridge, int chunk)
     }
 }
 
-/* Distances of a pair at the start and after the free moves. Returns 1 if the pair may have to be
- * pushed: a pair at gaps g0 and g touches in between with the probability exp(-2 g0 g/S^2), and it
- * touches if 4 g0 g < E; what others push may take `lee` off g. */
-static inline int measure(const struct bridge *bridge, int32_t i, int32_t j, struct bridge_raw *raw)
-{
-    const struct gbg_state *state = bridge->state;
-    double squared = 0.0, change = 0.0, start[3], move[3];
-    for (int a = 0; a < bridge->dimension; a++) {
-        int64_t before = (int64_t)(gbg_join(state->start_high[a][i], state->start_low[a][i]) -
-                                   gbg_join(state->start_high[a][j], state->start_low[a][j]));
-        int64_t after = (int64_t)(gbg_join(state->high[a][i], state->low[a][i]) -
-                                  gbg_join(state->high[a][j], state->low[a][j]));
-        start[a] = (double)before * bridge->quantum[a];
-        move[a] = (double)(after - before) * bridge->quantum[a];
-        squared += start[a] * start[a];
-        change += (2.0 * start[a] + move[a]) * move[a];
-    }
-    double distance = sqrt(squared), contact = bridge_contact(bridge, i, j) / bridge->unit;
-    double gap = distance - contact > 0.0 ? distance - contact : 0.0;
-    double base = change / (sqrt(squared + change > 0.0 ? squared + change : 0.0) + distance);
-    double near = gap + base - bridge->lee, most = bridge->deviation * bridge->deviation;
-    most *= most_exponential;
-    if (contact == 0.0 || distance == 0.0 || gap + base >= bridge->look ||
-        (near > 0.0 && 4.0 * gap * near >= most)) {
-        return 0;
-    }
-    raw->pair = (struct bridge_pair){i, j, (float)(0.5 * base), (float)gap, 0.0f, 0.0f};
-    raw->distance = (float)distance;
-    for (int a = 0; a < bridge->dimension; a++) {
-        raw->start[a] = (float)start[a];
-        raw->free[a] = (float)move[a];
-    }
-    return 1;
-}
-
 /* Random words of up to VF_LANES pairs: the first for U, the second for the order of sweeps. */
 static void draw(const struct bridge *bridge, struct bridge_raw *raw, bridge_key *key,
                  int64_t place, int lanes)
@@ -129,7 +79,8 @@ static void draw(const struct bridge *bridge, struct bridge_raw *raw, bridge_key
     uint64_t step = bridge->rule->step;
     uint32_t min[VF_LANES] = {0}, max[VF_LANES] = {0};
     for (int l = 0; l < lanes; l++) {
-        uint64_t a = bridge_id(bridge, raw[l].pair.i), b = bridge_id(bridge, raw[l].pair.j);
+        uint64_t a = bridge_id(bridge->state, raw[l].pair.i),
+                 b = bridge_id(bridge->state, raw[l].pair.j);
         struct gbg_philox c = gbg_philox_pair(step, a < b ? a : b, a < b ? b : a, GBG_STREAM_BRIDGE,
                                               noise->seed, noise->run);
         min[l] = c.word[1];
@@ -141,7 +92,7 @@ static void draw(const struct bridge *bridge, struct bridge_raw *raw, bridge_key
     float exponential[VF_LANES];
     uint32_t order[VF_LANES];
     gbg_philox_lanes(word, noise->seed, noise->run);
-    vf_store(exponential, vf_mul(gbg_noise_exponential(word[0]), vf_set(bridge->squared)));
+    vf_store(exponential, vf_mul(gbg_noise_exponential(word[0]), vf_set(bridge->plan.squared)));
     vi_store(order, word[1]);
     for (int l = 0; l < lanes; l++) {
         raw[l].pair.quarter_draw = 0.25f * exponential[l];
@@ -156,14 +107,8 @@ static inline int precedes(const struct bridge *bridge, const struct bridge_raw 
     if (a >> 32 != b >> 32) {
         return a >> 32 < b >> 32;
     }
-    uint64_t id[2][2];
-    for (int k = 0; k < 2; k++) {
-        const struct bridge_pair *pair = &raw[(uint32_t)(k ? b : a)].pair;
-        uint64_t i = bridge_id(bridge, pair->i), j = bridge_id(bridge, pair->j);
-        id[k][0] = i < j ? i : j;
-        id[k][1] = i < j ? j : i;
-    }
-    return id[0][0] != id[1][0] ? id[0][0] < id[1][0] : id[0][1] < id[1][1];
+    const struct bridge_pair *first = &raw[(uint32_t)a].pair, *second = &raw[(uint32_t)b].pair;
+    return bridge_precedes(bridge->state, first->i, first->j, second->i, second->j);
 }
 
 /* Sorts keys: into 256 or fewer bins by their top bits, then by insertion over the nearly sorted
@@ -199,20 +144,19 @@ static void sort_keys(const struct bridge *bridge, const struct bridge_raw *raw,
 static void order_by_colour(struct bridge *bridge, const struct bridge_raw *raw, bridge_key *key,
                             bridge_key *other, int64_t n)
 {
-    enum { COLOURS = 64 };
-    int64_t begin[COLOURS + 1] = {0};
+    int64_t begin[BRIDGE_COLOURS + 1] = {0};
     uint64_t *used = bridge->used;
     for (int64_t k = 0; k < n; k++) {
         uint32_t place = (uint32_t)key[k];
         int32_t i = raw[place].pair.i, j = raw[place].pair.j;
         uint64_t free = ~(used[i] | used[j]);
-        int colour = free ? __builtin_ctzll(free) : COLOURS - 1;
+        int colour = free ? __builtin_ctzll(free) : BRIDGE_COLOURS - 1;
         used[i] |= (uint64_t)1 << colour;
         used[j] |= (uint64_t)1 << colour;
         other[k] = (bridge_key)colour << 32 | place;
         begin[colour + 1]++;
     }
-    for (int c = 0; c < COLOURS; c++) {
+    for (int c = 0; c < BRIDGE_COLOURS; c++) {
         begin[c + 1] += begin[c];
     }
     for (int64_t k = 0; k < n; k++) {
@@ -230,7 +174,8 @@ void bridge_make_records(struct bridge *bridge, int64_t block, struct bridge_raw
     int dimension = bridge->dimension;
     float depth = 0.0f;
     for (int64_t k = 0; k < found; k++) {
-        n += measure(bridge, sorted[2 * k], sorted[2 * k + 1], &raw[n]);
+        n +=
+            bridge_measure(&bridge->plan, bridge->state, sorted[2 * k], sorted[2 * k + 1], &raw[n]);
     }
     for (int64_t k = 0; k < n; k += VF_LANES) {
         draw(bridge, raw + k, key + k, k, (int)(n - k < VF_LANES ? n - k : VF_LANES));
@@ -241,11 +186,11 @@ void bridge_make_records(struct bridge *bridge, int64_t block, struct bridge_raw
         const struct bridge_raw *from = &raw[(uint32_t)key[k]];
         float *normal = bridge->normal + dimension * (first + k);
         float *shape = bridge->shape + (2 * dimension + 1) * (first + k);
-        float overlap = -(from->pair.gap + 2.0f * from->pair.half_base);
+        float overlap = bridge_depth(from->pair.gap, from->pair.half_base);
         depth = overlap > depth ? overlap : depth;
         bridge->pair[first + k] = from->pair;
         for (int a = 0; a < dimension; a++) {
-            normal[a] = 0.5f * from->start[a] / from->distance;
+            normal[a] = bridge_half_unit(from->start[a], from->distance);
             shape[a] = from->start[a];
             shape[dimension + a] = from->free[a];
         }

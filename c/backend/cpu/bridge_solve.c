@@ -4,16 +4,8 @@
 
 #include "backend/cpu/bridge.h"
 
-/* Sweeps and their parameters, chosen on C3 short at packing 0.79 (dt = T = 0.01, N = 2048), where
- * the mean gap of bound pairs is 3.181(10)e-3 when solved to 1e-4 S in some 120 sweeps. Two solves
- * of 12 sweeps give the same, of 3 and 12 sweeps 0.3 % more, of 3 and 9 sweeps 0.5 %
- * more. The first solve only has to find the lines. Factors of 1.5
- * and 1.6 do as well, 1.7 leaves twice as many pairs overlapping. Tolerances of 1e-2 and 1e-3 of S
- * do not differ here, 3e-2 costs another 0.1 %. */
-static const float omega = 1.5f;
-static const float relative_tolerance = 1e-2f;
-enum { SOLVES = 2, SHORT_SWEEPS = 2 };
-static const int rounds[SOLVES] = {1, 4}; /* of a sweep over all pairs and some short ones */
+enum { SOLVES = 2 };
+static const int rounds[SOLVES] = {BRIDGE_ROUNDS_FIRST, BRIDGE_ROUNDS_SECOND};
 
 struct relaxation {
     float omega, tolerance;
@@ -21,11 +13,10 @@ struct relaxation {
 
 typedef float two __attribute__((vector_size(8)));
 
-/* Solves a pair for its own push, the others being as they are; returns by how much the push
- * changed. All in halves, h = z/2: p = sqrt(h^2 + E/4) - h - g0. Written without branches, for
- * whether a pair is pushed cannot be foreseen, and so that few operations wait for each other: a
- * processor has some eight pairs in flight, and the time of a pair is the length of this chain by
- * that number. Both axes of a flat box go through one register. */
+/* Solves a pair for its own push and moves its discs; returns by how much the push changed. Few
+ * operations wait for each other: a processor has some eight pairs in flight, and the time of a
+ * pair is the length of this chain by that number. Both axes of a flat box go through one register.
+ */
 __attribute__((always_inline)) static inline float
 relax(struct bridge_pair *pair, const float *normal, float *shift, float factor, int dimension)
 {
@@ -42,11 +33,8 @@ relax(struct bridge_pair *pair, const float *normal, float *shift, float factor,
         along = normal[0] * (mine[0] - other[0]) + normal[1] * (mine[1] - other[1]) +
                 normal[2] * (mine[2] - other[2]);
     }
-    float old = pair->push, h = along + (pair->half_base - 0.5f * old);
-    float wanted = sqrtf(h * h + pair->quarter_draw) - (h + pair->gap);
-    wanted = wanted > 0.0f ? wanted : 0.0f;
-    float push = factor * wanted + (1.0f - factor) * old;
-    push = push > 0.0f ? push : 0.0f;
+    float old = pair->push;
+    float push = bridge_relaxed(along, pair->half_base, pair->gap, pair->quarter_draw, old, factor);
     float change = push - old;
     pair->push = push;
     if (dimension == 2) {
@@ -158,24 +146,13 @@ static void turn_lines(struct bridge *bridge, int64_t block)
         struct bridge_pair *pair = &bridge->pair[k];
         const float *shape = bridge->shape + (2 * dimension + 1) * k;
         float *normal = bridge->normal + dimension * k;
-        float shift[3], now[3], squared = 0.0f, change = 0.0f, along = 0.0f;
+        float shift[3];
         for (int a = 0; a < dimension; a++) {
             shift[a] = bridge->shift[(int64_t)dimension * pair->i + a] -
                        bridge->shift[(int64_t)dimension * pair->j + a];
-            float move = shape[dimension + a] + shift[a];
-            now[a] = shape[a] + move;
-            squared += now[a] * now[a];
-            change += (2.0f * shape[a] + move) * move;
         }
-        float distance = sqrtf(squared);
-        if (!(distance > 0.1f * shape[2 * dimension])) {
-            continue; /* nearly through each other: the line says nothing, the old one stays */
-        }
-        for (int a = 0; a < dimension; a++) {
-            normal[a] = 0.5f * now[a] / distance;
-            along += normal[a] * shift[a];
-        }
-        pair->half_base = 0.5f * change / (distance + shape[2 * dimension]) - along;
+        pair->half_base = bridge_turned(dimension, shape, shape + dimension, shape[2 * dimension],
+                                        shift, pair->half_base, normal);
     }
 }
 
@@ -199,13 +176,13 @@ static int64_t settle(struct bridge *bridge, float tolerance, int most)
     int64_t sweeps = 0;
     for (int round = 0; round < most; round++) {
         /* the first push of a pair without neighbours is exact and must not be overdone */
-        struct relaxation relaxation = {round == 0 ? 1.0f : omega, tolerance};
+        struct relaxation relaxation = {round == 0 ? 1.0f : BRIDGE_OMEGA, tolerance};
         sweeps++;
         if (each_block(bridge, SWEEP_ALL, &relaxation) <= tolerance) {
             break;
         }
-        relaxation.omega = omega;
-        for (int k = 0; k < SHORT_SWEEPS; k++) {
+        relaxation.omega = BRIDGE_OMEGA;
+        for (int k = 0; k < BRIDGE_SHORT_SWEEPS; k++) {
             sweeps++;
             if (each_block(bridge, SWEEP_SHORT, &relaxation) <= tolerance) {
                 break;
@@ -218,12 +195,12 @@ static int64_t settle(struct bridge *bridge, float tolerance, int most)
 /* In parts of S, or of the deepest overlap where that is much larger (no noise: S = 0). */
 static float tolerance_of(const struct bridge *bridge)
 {
-    float scale = (float)bridge->deviation;
+    float scale = (float)bridge->plan.deviation;
     for (int64_t k = 0; k < bridge->colour_first[8]; k++) {
         float depth = bridge->depth[bridge->order[k]] * 0x1p-4f;
         scale = depth > scale ? depth : scale;
     }
-    return relative_tolerance * scale;
+    return BRIDGE_TOLERANCE * scale;
 }
 
 int64_t bridge_solve(struct bridge *bridge)

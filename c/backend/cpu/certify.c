@@ -31,13 +31,6 @@ static int lower(const struct gbg_pair *a, const struct gbg_pair *b)
     return b->first < 0 || a->first < b->first || (a->first == b->first && a->second < b->second);
 }
 
-/* Room of the 32-bit coordinates: a difference is off by less than a unit on each axis, and a unit
- * is at most 16 reach 2^-32 (list.h). Floats are good to 1e-6, the half diameters get 1e-5. */
-static float with_room(const struct gbg_list *list, double half)
-{
-    return half > 0.0 ? (float)(half * (1.0 + 1e-5) + 1e-8 * list->reach) : 0.0f;
-}
-
 /* Memory of the pass, from the device's workspace. */
 static int reserve(struct search *search, int64_t n, const struct gbg_list *list)
 {
@@ -62,7 +55,7 @@ static void fill_halves(struct search *search, int64_t first, int64_t end)
     const struct gbg_state *state = search->work.state;
     float half[GBG_SPECIES_MAX];
     for (int s = 0; s < state->n_species; s++) {
-        half[s] = with_room(search->work.list, 0.5 * state->diameter[s]);
+        half[s] = gbg_certify_room(search->work.list->reach, 0.5 * state->diameter[s]);
     }
     for (int64_t i = first; i < end; i++) {
         search->work.half[i] = half[state->species ? state->species[i] : 0];
@@ -204,14 +197,6 @@ static int look_at_paths(struct search *search, const struct gbg_state *state)
     return status;
 }
 
-/* 1 if nobody is farther from where the list was built than half its skin: then it holds every pair
- * closer than its reach. */
-static int is_complete(const struct gbg_list *list, double moved, double error)
-{
-    double slack = 0.5 * (list->radius - list->reach);
-    return list->builds > 0 && moved * (1.0 + 1e-6) + error <= slack;
-}
-
 int gbg_certify(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                 struct gbg_certificate *certificate)
 {
@@ -224,7 +209,7 @@ int gbg_certify(struct gbg_device *device, struct gbg_state *state, struct gbg_l
     gbg_exact_make(state, certificate->tolerance, &search.exact);
     search.work.state = state;
     search.work.list = list;
-    float edge = 2.0f * with_room(list, 0.5 * search.exact.largest);
+    float edge = 2.0f * gbg_certify_room(list->reach, 0.5 * search.exact.largest);
     search.work.limit = edge * edge;
     int status = reserve(&search, state->owned, list);
     if (status != GBG_OK || state->owned == 0) {
@@ -242,7 +227,8 @@ int gbg_certify(struct gbg_device *device, struct gbg_state *state, struct gbg_l
         error += state->box.length[a] * 0x1p-31;
     }
     certificate->largest = moved;
-    certificate->listed = is_complete(list, drifted, error);
+    certificate->listed =
+        list->builds > 0 && gbg_certify_complete(list->reach, list->radius, drifted, error);
     if (certificate->listed) {
 #pragma omp parallel for num_threads(device->threads) schedule(static, 1)
         for (int c = 0; c < list->n_chunks; c++) {

@@ -23,6 +23,21 @@ typedef void (*gbg_cpu_certify_moves)(const struct gbg_certify_work *work, int64
 typedef int64_t (*gbg_cpu_certify_screen)(const struct gbg_certify_work *work, int64_t slice,
                                           const int32_t *index, int32_t *found);
 
+/* Room of the 32-bit coordinates: a difference is off by less than a unit on each axis, and a unit
+ * is at most 16 reach 2^-32 (list.h). Floats are good to 1e-6, the half diameters get 1e-5. */
+GBG_INLINE float gbg_certify_room(double reach, double half)
+{
+    return half > 0.0 ? (float)(half * (1.0 + 1e-5) + 1e-8 * reach) : 0.0f;
+}
+
+/* 1 if nobody is farther from where a list was built than half its skin: then it holds every pair
+ * closer than its reach. */
+GBG_INLINE int gbg_certify_complete(double reach, double radius, double moved, double error)
+{
+    double slack = 0.5 * (radius - reach);
+    return moved * (1.0 + 1e-6) + error <= slack;
+}
+
 int gbg_certify(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                 struct gbg_certificate *certificate);
 

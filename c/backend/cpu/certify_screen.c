@@ -2,15 +2,10 @@
  * moved, and who may be too close to somebody. Both only decide where the exact tests look, and
  * leave room for their rounding. */
 #include "backend/cpu/certify.h"
+#include "backend/cpu/certify_pair.h"
 #include "backend/cpu/list.h"
 #include "backend/cpu/simd.h"
 #include "backend/cpu/variant.h"
-
-__attribute__((always_inline)) static inline vf squared_difference(vi a, vi b, vf unit, vf sum)
-{
-    vf d = vf_mul(vf_from_vi(vi_sub(a, b)), unit);
-    return vf_fma(d, d, sum);
-}
 
 /* Lanes of particles that are there. */
 static inline vm lanes_below(int64_t count)
@@ -48,8 +43,8 @@ __attribute__((always_inline)) static inline void moves(const struct gbg_certify
             vi high = vi_load(state->high[a] + i), low = vi_load(state->low[a] + i);
             int shift = list->shift[a];
             vi_store(work->local[a] + i, vi_or(vi_shl_by(high, shift), vi_shr_by(low, 32 - shift)));
-            moved = squared_difference(high, vi_load(state->start_high[a] + i), unit[a], moved);
-            drifted = squared_difference(high, vi_load(list->built_high[a] + i), unit[a], drifted);
+            moved = gbg_certify_squared(high, vi_load(state->start_high[a] + i), unit[a], moved);
+            drifted = gbg_certify_squared(high, vi_load(list->built_high[a] + i), unit[a], drifted);
         }
         vm there = lanes_below(end - i);
         step = vf_max(step, vf_keep(there, moved));
@@ -96,7 +91,7 @@ __attribute__((always_inline)) static inline uint32_t too_close(const struct gbg
         vi j = vi_load(index + (int64_t)k * GBG_SLICE);
         vf squared = vf_set(0.0f);
         for (int a = 0; a < dimension; a++) {
-            squared = squared_difference(own[a], vi_gather(work->local[a], j), scale[a], squared);
+            squared = gbg_certify_squared(own[a], vi_gather(work->local[a], j), scale[a], squared);
         }
         if (sizes) {
             limit = vf_add(half, vf_gather(work->half, j));

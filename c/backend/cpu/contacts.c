@@ -4,133 +4,19 @@
 #include <math.h>
 #include <string.h>
 
+#include "backend/cpu/contacts_pair.h"
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/list.h"
 #include "core/memory.h"
-#include "core/random.h"
-
-/* The rule "contact" separates to this much more than contact, so that rounds end: each round
- * shrinks the overlaps that neighbours push back, but never to zero. */
-static const double contact_margin = 1e-9;
-/* Contact distances of all species pairs, made once a call. */
-struct table {
-    double contact[GBG_SPECIES_MAX][GBG_SPECIES_MAX];
-    double least; /* a pair closer than contact times this overlaps */
-    double largest;
-};
-
-static void make_table(const struct gbg_state *state, double tolerance, struct table *table)
-{
-    table->least = 1.0 - tolerance;
-    table->largest = 0.0;
-    for (int s = 0; s < state->n_species; s++) {
-        for (int t = 0; t < state->n_species; t++) {
-            double contact = 0.5 * (state->diameter[s] + state->diameter[t]);
-            table->contact[s][t] = contact;
-            table->largest = contact > table->largest ? contact : table->largest;
-        }
-    }
-}
 
 /* Everything that a round reads. */
 struct round {
     struct gbg_state *state;
     struct gbg_list *list;
-    const struct gbg_contacts *rule;
-    const struct table *table;
+    const struct gbg_push_rule *rule;
     gbg_cpu_screen screen;
-    float limit; /* squared: largest contact distance with room for the rounding of 32 bits */
-    double virial_unit; /* virials are summed in integers, so that their order cannot show */
+    float limit;
 };
-
-static inline double contact_of(const struct round *round, int64_t i, int64_t j)
-{
-    const struct gbg_state *state = round->state;
-    if (state->own_diameter) {
-        return 0.5 * (state->own_diameter[i] + state->own_diameter[j]);
-    }
-    return state->species ? round->table->contact[state->species[i]][state->species[j]]
-                          : round->table->contact[0][0];
-}
-
-static inline double difference(const struct gbg_state *state, int64_t i, int64_t j,
-                                int64_t quanta[3])
-{
-    double squared = 0.0;
-    for (int a = 0; a < state->box.dimension; a++) {
-        quanta[a] = (int64_t)(gbg_join(state->high[a][i], state->low[a][i]) -
-                              gbg_join(state->high[a][j], state->low[a][j]));
-        double d = (double)quanta[a] * state->box.quantum[a];
-        squared += d * d;
-    }
-    return squared;
-}
-
-/* Unit vector in which the first of two coincident particles leaves, from their ids alone: points
- * of the counter generator until one falls well inside the unit disc or ball. */
-static void parting_direction(int dimension, uint64_t first, uint64_t second, double unit[3])
-{
-    for (uint64_t attempt = 0;; attempt++) {
-        struct gbg_philox r =
-            gbg_philox(gbg_philox_counter(second, first, GBG_STREAM_CONTACT), (uint32_t)attempt, 0);
-        double squared = 0.0;
-        for (int a = 0; a < dimension; a++) {
-            unit[a] = 2.0 * gbg_uniform(r.word[a], 0) - 1.0;
-            squared += unit[a] * unit[a];
-        }
-        if (squared > 0.01 && squared <= 1.0) {
-            for (int a = 0; a < dimension; a++) {
-                unit[a] /= sqrt(squared);
-            }
-            return;
-        }
-    }
-}
-
-static void push_coincident(const struct gbg_state *state, int64_t i, int64_t j, double move,
-                            int64_t push[3])
-{
-    uint64_t a = state->id ? state->id[i] : (uint64_t)i, b = state->id ? state->id[j] : (uint64_t)j;
-    double unit[3];
-    parting_direction(state->box.dimension, a < b ? a : b, a < b ? b : a, unit);
-    double sign = a < b ? 1.0 : -1.0;
-    for (int d = 0; d < state->box.dimension; d++) {
-        push[d] += (int64_t)(sign * rint(unit[d] * move / state->box.quantum[d]));
-    }
-}
-
-/* Adds what the overlap with j moves i by; both particles of a pair find the same numbers with
- * opposite signs, so the pair's sum is zero to the last bit. Returns 1 if they overlap. */
-static inline int push_pair(const struct round *round, int64_t i, int64_t j, int64_t push[3],
-                            int64_t *virial)
-{
-    const struct gbg_state *state = round->state;
-    int64_t quanta[3];
-    double squared = difference(state, i, j, quanta);
-    double contact = contact_of(round, i, j), least = contact * round->table->least;
-    if (squared >= least * least) {
-        return 0;
-    }
-    double distance = sqrt(squared);
-    double depth = contact - distance;
-    int parting = round->rule->parting;
-    double move = parting == GBG_PARTING_CONTACT ? 0.5 * (depth + contact_margin * contact) : depth;
-    /* the cap is taken from a pair and not from the sum of pushes: that conserves momentum */
-    if (parting != GBG_PARTING_CARTER && move > round->rule->cap * contact) {
-        move = round->rule->cap * contact;
-    }
-    /* distance half way: the push of a bounce from r to 2 contact - r counts with contact, and the
-     * virial of an equilibrium is that of its pair distribution */
-    *virial += i < j ? (int64_t)rint((distance + move) * move / round->virial_unit) : 0;
-    if (distance < 1e-12 * contact) {
-        push_coincident(state, i, j, move, push);
-        return 1;
-    }
-    for (int a = 0; a < state->box.dimension; a++) {
-        push[a] += (int64_t)rint((double)quanta[a] * (move / distance));
-    }
-    return 1;
-}
 
 static int reserve_work(struct gbg_context *context, const struct gbg_list *list,
                         struct gbg_chunk *chunk)
@@ -211,20 +97,6 @@ static void look_at_marked(struct gbg_list *list, struct gbg_chunk *chunk)
     }
 }
 
-/* The sum of all pushes on particle i, cut to a quarter of its diameter. */
-static void cut_sum(const struct round *round, int64_t i, int64_t push[3])
-{
-    const struct gbg_state *state = round->state;
-    double squared = 0.0, most = 0.25 * contact_of(round, i, i);
-    for (int a = 0; a < state->box.dimension; a++) {
-        double d = (double)push[a] * state->box.quantum[a];
-        squared += d * d;
-    }
-    for (int a = 0; squared > most * most && a < state->box.dimension; a++) {
-        push[a] = (int64_t)rint((double)push[a] * (most / sqrt(squared)));
-    }
-}
-
 /* Whether a particle may touch one of its list, by 32-bit coordinates with room for rounding. In
  * the plane the third axis is a copy of the first with scale 0: no branch for each pair. */
 struct nearness {
@@ -254,6 +126,7 @@ static inline int may_touch(const struct nearness *near, int64_t i, int64_t j)
 static void find_pushes(const struct round *round, struct gbg_chunk *chunk)
 {
     const struct gbg_list *list = round->list;
+    const struct gbg_state *state = round->state;
     const struct nearness near = make_nearness(round);
     chunk->n_move = 0;
     chunk->pairs = 0;
@@ -264,14 +137,16 @@ static void find_pushes(const struct round *round, struct gbg_chunk *chunk)
         int64_t push[3] = {0, 0, 0};
         for (int32_t k = 0; k < list->width[slice]; k++) {
             int64_t j = index[(int64_t)k * GBG_SLICE];
-            if (may_touch(&near, i, j) && j != i && push_pair(round, i, j, push, &chunk->virial)) {
+            if (may_touch(&near, i, j) && j != i &&
+                gbg_push_pair(round->rule, state, state->box.dimension, i, j, push,
+                              &chunk->virial)) {
                 pairs++;
                 chunk->pairs += i < j;
             }
         }
         if (pairs > 0) {
             if (round->rule->parting == GBG_PARTING_CARTER) {
-                cut_sum(round, i, push);
+                gbg_push_cut(round->rule, state, state->box.dimension, i, push);
             }
             for (int a = 0; a < list->dimension; a++) {
                 chunk->push[a][chunk->n_move] = push[a];
@@ -281,33 +156,13 @@ static void find_pushes(const struct round *round, struct gbg_chunk *chunk)
     }
 }
 
-static double displaced(const struct gbg_state *state, int64_t i)
-{
-    double squared = 0.0;
-    for (int a = 0; a < state->box.dimension; a++) {
-        double d = gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
-                                      gbg_join(state->start_high[a][i], state->start_low[a][i]));
-        squared += d * d;
-    }
-    return squared;
-}
-
 static double apply_push(const struct round *round, int64_t i, const int64_t push[3])
 {
     struct gbg_state *state = round->state;
-    double squared = 0.0;
+    double squared = gbg_push_apply(state, state->box.dimension, i, push);
     for (int a = 0; a < state->box.dimension; a++) {
-        uint64_t old = gbg_join(state->high[a][i], state->low[a][i]),
-                 moved = old + (uint64_t)push[a];
-        state->high[a][i] = (uint32_t)(moved >> 32);
-        state->low[a][i] = (uint32_t)moved;
         round->list->local[a][i] =
             gbg_local(state->high[a][i], state->low[a][i], round->list->shift[a]);
-        if (state->image[a]) {
-            state->image[a][i] += (push[a] > 0 && moved < old) - (push[a] < 0 && moved > old);
-        }
-        double d = (double)push[a] * state->box.quantum[a];
-        squared += d * d;
     }
     return squared;
 }
@@ -320,6 +175,7 @@ static inline void mark(struct gbg_list *list, int64_t i)
 static void move_and_mark(const struct round *round, struct gbg_chunk *chunk)
 {
     struct gbg_list *list = round->list;
+    struct gbg_state *state = round->state;
     double slack = 0.5 * (list->radius - list->reach) * 0.999;
     chunk->stale = 0;
     for (int64_t m = 0; m < chunk->n_move; m++) {
@@ -332,10 +188,11 @@ static void move_and_mark(const struct round *round, struct gbg_chunk *chunk)
         if (pushed > slack * slack || gbg_list_moved_squared(list, i) > slack * slack) {
             chunk->stale = 1;
         }
-        if (round->state->overlapped) {
-            round->state->overlapped[i] = 1;
+        if (state->overlapped) {
+            state->overlapped[i] = 1;
         }
-        double far = round->state->start_high[0] ? displaced(round->state, i) : 0.0;
+        double far =
+            state->start_high[0] ? gbg_push_displaced(state, state->box.dimension, i) : 0.0;
         chunk->largest = far > chunk->largest ? far : chunk->largest;
         const int32_t *index = chunk->index + list->offset[slice] + i % GBG_SLICE;
         mark(list, i);
@@ -364,15 +221,8 @@ static int next_candidates(struct gbg_device *device, const struct round *round,
 int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                  struct gbg_contacts *contacts)
 {
-    struct table table;
-    make_table(state, contacts->tolerance, &table);
-    struct round round = {state,
-                          list,
-                          contacts,
-                          &table,
-                          device->variant->screen,
-                          (float)(table.largest * table.largest * (1.0 + 1e-5)),
-                          0x1p-40 * table.largest * table.largest};
+    const struct gbg_push_rule rule = gbg_push_rule_make(state, contacts);
+    struct round round = {state, list, &rule, device->variant->screen, gbg_push_limit(&rule)};
     int status = reserve(device, list), all = 0;
     int64_t virial = 0;
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
@@ -418,6 +268,6 @@ int gbg_contacts(struct gbg_device *device, struct gbg_state *state, struct gbg_
         double largest = sqrt(list->chunk[c].largest);
         contacts->largest = largest > contacts->largest ? largest : contacts->largest;
     }
-    contacts->virial = (double)virial * round.virial_unit;
+    contacts->virial = (double)virial * rule.virial_unit;
     return GBG_OK;
 }

@@ -8,6 +8,7 @@
 
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/list.h"
+#include "backend/cpu/power.h"
 #include "backend/cpu/simd.h"
 #include "backend/cpu/variant.h"
 
@@ -16,9 +17,8 @@ struct job {
     const struct gbg_list *list;
     double power, cutoff;
     int add;
-    double unit;    /* of length, mixed kernel */
-    float scale[3]; /* of local coordinates, in units */
-    float limit;    /* squared cut-off, in units */
+    int whole;                   /* power, if it is whole */
+    struct gbg_cutoff_unit unit; /* mixed kernel */
 };
 
 static void store(const struct job *job, int64_t i, int axis, double field)
@@ -27,18 +27,6 @@ static void store(const struct job *job, int64_t i, int axis, double field)
     double force = state->mobility[state->species ? state->species[i] : 0] * field;
     double *target = &state->force[axis][i];
     *target = job->add ? *target + force : force;
-}
-
-/* |r|^-(power+1) of a squared distance, for the powers that have vector code. The square of the
- * inverse root is corrected by its own remainder, so that its cube does not triple the error. */
-static inline vf inverse_power(vf squared, int power)
-{
-    vf inverse = vf_rsqrt(squared), second = vf_mul(inverse, inverse);
-    vf rest = vf_fnma(second, squared, vf_set(1.0f));
-    second = vf_fma(second, rest, second);
-    inverse = vf_fma(vf_mul(inverse, vf_set(0.5f)), rest, inverse);
-    return power == 2 ? vf_mul(second, inverse)
-                      : vf_mul(vf_mul(vf_mul(second, second), second), inverse);
 }
 
 /* Field of one vector of particles: sum over neighbours of alpha r/|r|^(power+1). */
@@ -53,7 +41,7 @@ __attribute__((always_inline)) static inline void field(const struct job *job, c
     vf scale[3];
     for (int a = 0; a < dimension; a++) {
         own[a] = vi_load(list->local[a] + first);
-        scale[a] = vf_set(job->scale[a]);
+        scale[a] = vf_set(job->unit.scale[a]);
         sum[a] = vf_set(0.0f);
     }
     for (int32_t k = 0; k < width; k++) {
@@ -64,11 +52,11 @@ __attribute__((always_inline)) static inline void field(const struct job *job, c
             r[a] = vf_mul(vf_from_vi(d), scale[a]);
             squared = vf_fma(r[a], r[a], squared);
         }
-        vm inside = vm_and(vf_lt(squared, vf_set(job->limit)), vf_lt(vf_set(0.0f), squared));
+        vm inside = vm_and(vf_lt(squared, vf_set(job->unit.limit)), vf_lt(vf_set(0.0f), squared));
         if (!one_species) {
             strength = vf_gather(source, j);
         }
-        vf f = vf_keep(inside, vf_mul(inverse_power(squared, power), strength));
+        vf f = vf_keep(inside, vf_mul(gbg_inverse_power(squared, power), strength));
         for (int a = 0; a < dimension; a++) {
             sum[a] = vf_fma(f, r[a], sum[a]);
         }
@@ -81,7 +69,7 @@ __attribute__((always_inline)) static inline void mixed_chunk(const struct job *
                                                               int one_species)
 {
     const struct gbg_list *list = job->list;
-    double unit = pow(job->unit, -job->power);
+    double unit = pow(job->unit.unit, -job->power);
     float values[3][GBG_SLICE];
     for (int64_t slice = chunk->first_slice; slice < chunk->end_slice; slice++) {
         int64_t first = slice * GBG_SLICE;
@@ -121,16 +109,6 @@ static void mixed_3d(const struct job *job, const struct gbg_chunk *chunk)
     }
 }
 
-static void choose_unit(struct job *job)
-{
-    const struct gbg_list *list = job->list;
-    job->unit = ldexp(list->unit[0], ilogb(job->cutoff / list->unit[0]));
-    for (int a = 0; a < list->dimension; a++) {
-        job->scale[a] = (float)(list->unit[a] / job->unit);
-    }
-    job->limit = (float)(job->cutoff / job->unit * (job->cutoff / job->unit));
-}
-
 int GBG_ISA_NAME(gbg_cpu_cutoff_mixed)(struct gbg_device *device, struct gbg_state *state,
                                        const struct gbg_list *list, double power, double cutoff,
                                        int add)
@@ -139,7 +117,7 @@ int GBG_ISA_NAME(gbg_cpu_cutoff_mixed)(struct gbg_device *device, struct gbg_sta
     if (power != 2.0 && power != 6.0) {
         return GBG_ISA_NAME(gbg_cpu_cutoff_double)(device, state, list, power, cutoff, add);
     }
-    choose_unit(&job);
+    job.unit = gbg_cutoff_unit_make(list->dimension, list->unit, cutoff);
 #pragma omp parallel for num_threads(device->threads) schedule(static, 1)
     for (int c = 0; c < list->n_chunks; c++) {
         if (list->dimension == 2) {
@@ -168,7 +146,7 @@ static void field_double(const struct job *job, const int32_t *index, int32_t wi
         if (squared < limit && squared > 0.0) {
             double f = (state->own_alpha ? state->own_alpha[j]
                                          : state->alpha[state->species ? state->species[j] : 0]) *
-                       pow(squared, -0.5 * (job->power + 1.0));
+                       gbg_inverse_double(squared, job->power, job->whole);
             for (int a = 0; a < state->box.dimension; a++) {
                 sum[a] += f * r[a];
             }
@@ -181,6 +159,7 @@ int GBG_ISA_NAME(gbg_cpu_cutoff_double)(struct gbg_device *device, struct gbg_st
                                         int add)
 {
     struct job job = {.state = state, .list = list, .power = power, .cutoff = cutoff, .add = add};
+    job.whole = gbg_whole_power(power);
 #pragma omp parallel for num_threads(device->threads) schedule(static, 1)
     for (int c = 0; c < list->n_chunks; c++) {
         const struct gbg_chunk *chunk = &list->chunk[c];

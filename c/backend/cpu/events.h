@@ -5,21 +5,8 @@
 #include <stdint.h>
 
 #include "backend/backend.h"
+#include "backend/cpu/events_pair.h"
 #include "backend/cpu/list.h"
-
-/* A particle that had this many events in a step takes part in no more: it goes on straight, and
- * the rounds that follow part what it then overlaps. The limit is that of a particle, so that it
- * does not depend on how the events are shared out. */
-enum { GBG_EVENTS_MOST = 2000 };
-
-/* A straight part of a path: the place at a time in [0, 1], the velocity in lengths a step. */
-struct gbg_leg {
-    double time;
-    uint64_t place[3];
-    double velocity[3];
-    int32_t events; /* that the particle has had */
-    int32_t next;   /* in the part's legs; -1: the last one */
-};
 
 /* A particle with events. Its target is moved by integers that sum to zero for every pair. */
 struct gbg_member {
@@ -133,28 +120,6 @@ int gbg_events_work(const struct gbg_events_call *call, struct gbg_events_part *
 /* Clusters whose changed paths meet those of this cluster, as pairs in the part's conflicts. */
 int gbg_events_conflicts(const struct gbg_events_call *call, struct gbg_events_part *part,
                          int32_t root);
-
-/* The free path of a particle. */
-static inline void gbg_events_free(const struct gbg_state *state, int64_t i, struct gbg_leg *leg)
-{
-    leg->time = 0.0;
-    leg->events = 0;
-    leg->next = -1;
-    for (int a = 0; a < state->box.dimension; a++) {
-        uint64_t to = gbg_join(state->high[a][i], state->low[a][i]);
-        leg->place[a] = gbg_join(state->start_high[a][i], state->start_low[a][i]);
-        leg->velocity[a] = gbg_box_difference(&state->box, a, to, leg->place[a]);
-    }
-}
-
-static inline double gbg_events_contact(const struct gbg_state *state, int64_t i, int64_t j)
-{
-    if (state->own_diameter) {
-        return 0.5 * (state->own_diameter[i] + state->own_diameter[j]);
-    }
-    int s = state->species ? state->species[i] : 0, t = state->species ? state->species[j] : 0;
-    return 0.5 * (state->diameter[s] + state->diameter[t]);
-}
 
 /* The time at which a pair meets, infinite if never; first < second. */
 double gbg_events_meet(const struct gbg_events_call *call, int64_t i, int64_t j,

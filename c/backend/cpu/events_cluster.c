@@ -5,60 +5,10 @@
 #include "backend/cpu/events.h"
 #include "backend/cpu/events_pair.h"
 
-/* Moves so long that more than the nearest image may be met: all images in the way. */
-static double meet_images(const struct gbg_events_call *call, const double d[3], const double w[3],
-                          double rest, double contact)
-{
-    int dimension = call->state->box.dimension;
-    int least[3] = {0, 0, 0}, most[3] = {0, 0, 0};
-    double soonest = INFINITY;
-    for (int a = 0; a < dimension; a++) {
-        double length = call->state->box.length[a], end = d[a] + w[a] * rest;
-        least[a] = (int)ceil((-contact - fmax(d[a], end)) / length - 1e-9);
-        most[a] = (int)floor((contact - fmin(d[a], end)) / length + 1e-9);
-    }
-    for (int z = least[2]; z <= most[2]; z++) {
-        for (int y = least[1]; y <= most[1]; y++) {
-            for (int x = least[0]; x <= most[0]; x++) {
-                const int image[3] = {x, y, z};
-                double image_d[3] = {0.0, 0.0, 0.0};
-                for (int a = 0; a < dimension; a++) {
-                    image_d[a] = d[a] + image[a] * call->state->box.length[a];
-                }
-                soonest = fmin(soonest, gbg_events_solve(dimension, image_d, w, contact));
-            }
-        }
-    }
-    return soonest;
-}
-
-/* The difference is taken when the later of both legs began, so that the answer is one of the pair
- * of legs alone and not of the moment at which it is asked for. */
-static inline double meet(const struct gbg_events_call *call, int64_t i, int64_t j,
-                          const struct gbg_leg *first, const struct gbg_leg *second)
-{
-    const struct gbg_box *box = &call->state->box;
-    double contact = gbg_events_contact(call->state, i, j);
-    if (first->events >= GBG_EVENTS_MOST || second->events >= GBG_EVENTS_MOST || contact <= 0.0) {
-        return INFINITY;
-    }
-    double begin = first->time > second->time ? first->time : second->time, rest = 1.0 - begin;
-    double d[3] = {0.0, 0.0, 0.0}, w[3] = {0.0, 0.0, 0.0};
-    int far = 0;
-    for (int a = 0; a < box->dimension; a++) {
-        d[a] = gbg_box_difference(box, a, gbg_events_place(call, first, a, begin),
-                                  gbg_events_place(call, second, a, begin));
-        w[a] = first->velocity[a] - second->velocity[a];
-        far |= fabs(d[a]) + fabs(w[a]) * rest + contact > box->length[a];
-    }
-    return begin + (far ? meet_images(call, d, w, rest, contact)
-                        : gbg_events_solve(box->dimension, d, w, contact));
-}
-
 double gbg_events_meet(const struct gbg_events_call *call, int64_t i, int64_t j,
                        const struct gbg_leg *first, const struct gbg_leg *second)
 {
-    return meet(call, i, j, first, second);
+    return gbg_events_time(call->state, call->per_quantum, i, j, first, second);
 }
 
 /* The queue: a binary heap, outdated events stay in it and are dropped when they come up. */
@@ -178,7 +128,8 @@ static int foresee(const struct gbg_events_call *call, struct gbg_events_part *p
         }
         struct gbg_leg room;
         const struct gbg_leg *its = leg_of(call, part, j, &room);
-        double time = i < j ? meet(call, i, j, own, its) : meet(call, j, i, its, own);
+        double time =
+            i < j ? gbg_events_meet(call, i, j, own, its) : gbg_events_meet(call, j, i, its, own);
         if (time < 1.0) {
             struct gbg_event event = i < j
                                          ? (struct gbg_event){time, i, j, own->events, its->events}
@@ -252,8 +203,8 @@ static int collide(const struct gbg_events_call *call, struct gbg_events_part *p
     uint64_t place[2][3];
     double d[3], exchanged[3], distance = 0.0, closing = 0.0;
     for (int a = 0; a < box->dimension; a++) {
-        place[0][a] = gbg_events_place(call, leg[0], a, event->time);
-        place[1][a] = gbg_events_place(call, leg[1], a, event->time);
+        place[0][a] = gbg_events_place(call->per_quantum, leg[0], a, event->time);
+        place[1][a] = gbg_events_place(call->per_quantum, leg[1], a, event->time);
         d[a] = gbg_box_difference(box, a, place[0][a], place[1][a]);
         distance += d[a] * d[a];
         closing += d[a] * (leg[0]->velocity[a] - leg[1]->velocity[a]);
@@ -325,7 +276,7 @@ static int paths_meet(const struct gbg_events_call *call, const struct gbg_event
         double a_end = a->next >= 0 ? first_part->leg[a->next].time : 1.0;
         double b_end = b->next >= 0 ? second_part->leg[b->next].time : 1.0;
         double end = a_end < b_end ? a_end : b_end;
-        if (meet(call, first->particle, second->particle, a, b) <= end) {
+        if (gbg_events_meet(call, first->particle, second->particle, a, b) <= end) {
             return 1;
         }
         if (a->next < 0 && b->next < 0) {

@@ -1,5 +1,6 @@
 /* L1, CPU: when a pair of hard cores is too close, and when it passed through each other: on the
- * full 64-bit coordinates, for the checks. The solver of contacts does not use it. */
+ * full 64-bit coordinates, for the checks. The solver of contacts does not use it. The formulas are
+ * in exact_pair.h. */
 #ifndef GBG_BACKEND_CPU_EXACT_H
 #define GBG_BACKEND_CPU_EXACT_H
 
@@ -17,7 +18,7 @@ __extension__ typedef unsigned __int128 gbg_wide;
  * 1.1e-16 changes the squared distance by at most 8e-16 of it in all, the distance by 4e-16: a
  * factor 2000 below the tolerance of 1e-12. */
 struct gbg_exact {
-    const struct gbg_state *state;
+    const struct gbg_state *state; /* the host's */
     double tolerance;
     int whole;             /* 1: integers decide */
     double largest, least; /* contact distances, of those that are not 0 */
@@ -26,6 +27,9 @@ struct gbg_exact {
     gbg_wide closest[GBG_SPECIES_MAX][GBG_SPECIES_MAX]; /* smallest squared distance allowed */
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
 void gbg_exact_make(const struct gbg_state *state, double tolerance, struct gbg_exact *exact);
 
 /* Distance of two particles at the present coordinates. */
@@ -46,11 +50,20 @@ int gbg_exact_passed(const struct gbg_exact *exact, int64_t i, int64_t j, double
 /* Squared length of a particle's move since the step began. */
 double gbg_exact_moved_squared(const struct gbg_state *state, int64_t i);
 
-static inline double gbg_exact_contact(const struct gbg_exact *exact, int64_t i, int64_t j)
+#ifdef __cplusplus
+}
+#endif
+
+GBG_INLINE double gbg_exact_pair_contact(const struct gbg_exact *exact,
+                                         const struct gbg_state *state, int64_t i, int64_t j)
 {
-    const struct gbg_state *state = exact->state;
     return state->species ? exact->contact[state->species[i]][state->species[j]]
                           : exact->contact[0][0];
+}
+
+static inline double gbg_exact_contact(const struct gbg_exact *exact, int64_t i, int64_t j)
+{
+    return gbg_exact_pair_contact(exact, exact->state, i, j);
 }
 
 #endif

@@ -6,33 +6,6 @@
 #include "core/context.h"
 #include "core/memory.h"
 
-/* Cells an axis: as many as the radius allows, but not many more cells than particles in all. */
-static void choose_cells(struct gbg_grid *grid, const struct gbg_box *box, double radius)
-{
-    double most = 2.0 * (double)grid->n + 64.0, product = 1.0;
-    double wanted[3] = {1.0, 1.0, 1.0};
-    for (int a = 0; a < grid->dimension; a++) {
-        /* a high word is 2^-32 of the box wide, so edges can be short by that much */
-        double edge = radius * (1.0 + 1e-9) + box->length[a] * 0x1p-31;
-        wanted[a] = floor(box->length[a] / edge);
-        wanted[a] = wanted[a] < 1.0 ? 1.0 : wanted[a];
-        product *= wanted[a];
-    }
-    while (product > most) {
-        int longest = 0;
-        for (int a = 1; a < grid->dimension; a++) {
-            longest = wanted[a] > wanted[longest] ? a : longest;
-        }
-        product /= wanted[longest];
-        wanted[longest] = ceil(wanted[longest] / 2.0);
-        product *= wanted[longest];
-    }
-    for (int a = 0; a < 3; a++) {
-        grid->cells[a] = (int)wanted[a];
-    }
-    grid->n_cells = (int64_t)grid->cells[0] * grid->cells[1] * grid->cells[2];
-}
-
 static int reserve(struct gbg_context *context, struct gbg_grid *grid)
 {
     int status = GBG_OK;
@@ -64,12 +37,6 @@ static int reserve(struct gbg_context *context, struct gbg_grid *grid)
     return status;
 }
 
-/* floor(fraction * cells): exact, so cells never disagree about a particle on a face. */
-static inline int32_t cell_index(uint32_t high, int cells)
-{
-    return (int32_t)((uint64_t)high * (uint64_t)cells >> 32);
-}
-
 /* Cells are shared out to workers in equal ranges. Everybody reads all cells of particles and works
  * on those of his range: the order inside a cell is that of the indices whatever the threads. */
 enum { WORKERS_MAX = 64, GRAIN = 8192 };
@@ -93,9 +60,9 @@ static void find_cells(const struct sorting *sorting, int worker)
     const uint32_t *z = grid->dimension == 3 ? sorting->high[2] : NULL;
     int64_t end = grid->n * (worker + 1) / sorting->workers;
     for (int64_t i = grid->n * worker / sorting->workers; i < end; i++) {
-        int32_t cell = z ? cell_index(z[i], grid->cells[2]) * grid->cells[1] : 0;
-        cell = (cell + cell_index(y[i], grid->cells[1])) * grid->cells[0];
-        grid->cell_of[i] = cell + cell_index(x[i], grid->cells[0]);
+        int32_t cell = z ? gbg_grid_cell(z[i], grid->cells[2]) * grid->cells[1] : 0;
+        cell = (cell + gbg_grid_cell(y[i], grid->cells[1])) * grid->cells[0];
+        grid->cell_of[i] = cell + gbg_grid_cell(x[i], grid->cells[0]);
     }
 }
 
@@ -145,7 +112,7 @@ int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const str
     (void)low;
     grid->dimension = box->dimension;
     grid->n = n;
-    choose_cells(grid, box, radius);
+    grid->n_cells = gbg_grid_choose(box, radius, n, grid->cells);
     int status = reserve(context, grid);
     if (status != GBG_OK) {
         return status;

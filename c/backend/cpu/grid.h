@@ -36,7 +36,42 @@ void gbg_grid_release(struct gbg_grid *grid);
  * once; returns their number. */
 int gbg_grid_runs(const struct gbg_grid *grid, int32_t cell, struct gbg_run runs[GBG_RUNS_MAX]);
 
-static inline uint64_t gbg_join(uint32_t high, uint32_t low)
+/* Cells an axis: as many as the radius allows, but not many more cells than particles in all.
+ * Returns their number. */
+GBG_INLINE int64_t gbg_grid_choose(const struct gbg_box *box, double radius, int64_t n,
+                                   int cells[3])
+{
+    double most = 2.0 * (double)n + 64.0, product = 1.0;
+    double wanted[3] = {1.0, 1.0, 1.0};
+    for (int a = 0; a < box->dimension; a++) {
+        /* a high word is 2^-32 of the box wide, so edges can be short by that much */
+        double edge = radius * (1.0 + 1e-9) + box->length[a] * 0x1p-31;
+        wanted[a] = floor(box->length[a] / edge);
+        wanted[a] = wanted[a] < 1.0 ? 1.0 : wanted[a];
+        product *= wanted[a];
+    }
+    while (product > most) {
+        int longest = 0;
+        for (int a = 1; a < box->dimension; a++) {
+            longest = wanted[a] > wanted[longest] ? a : longest;
+        }
+        product /= wanted[longest];
+        wanted[longest] = ceil(wanted[longest] / 2.0);
+        product *= wanted[longest];
+    }
+    for (int a = 0; a < 3; a++) {
+        cells[a] = (int)wanted[a];
+    }
+    return (int64_t)cells[0] * cells[1] * cells[2];
+}
+
+/* floor(fraction * cells): exact, so cells never disagree about a particle on a face. */
+GBG_INLINE int32_t gbg_grid_cell(uint32_t high, int cells)
+{
+    return (int32_t)((uint64_t)high * (uint64_t)cells >> 32);
+}
+
+GBG_INLINE uint64_t gbg_join(uint32_t high, uint32_t low)
 {
     return (uint64_t)high << 32 | low;
 }

@@ -5,25 +5,11 @@
 
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/events.h"
+#include "backend/cpu/list_lengths.h"
 #include "core/memory.h"
 
 /* Particles that a thread follows at a time: a multiple of every vector. */
 enum { BLOCK = 1024 };
-
-static void choose_shift(struct gbg_list *list, const struct gbg_box *box)
-{
-    for (int a = 0; a < list->dimension; a++) {
-        double period = box->length[a];
-        int shift = 0;
-        while (shift < 31 && period * 0.5 >= 8.0 * list->reach) {
-            period *= 0.5;
-            shift++;
-        }
-        list->shift[a] = shift;
-        list->unit[a] = period * 0x1p-32;
-        list->scale[a] = (float)list->unit[a];
-    }
-}
 
 static int allocate_arrays(struct gbg_context *context, struct gbg_list *list, int64_t total)
 {
@@ -66,7 +52,7 @@ int gbg_list_create(struct gbg_device *device, const struct gbg_state *state, do
     made->n = state->owned;
     made->slices = (state->owned + GBG_SLICE - 1) / GBG_SLICE;
     made->n_chunks = device->threads;
-    choose_shift(made, &state->box);
+    gbg_list_choose_shift(&state->box, reach, made->shift, made->unit, made->scale);
     status = allocate_arrays(device->context, made, state->owned + state->ghost);
     if (status != GBG_OK) {
         gbg_list_destroy(device, made);

@@ -3,6 +3,7 @@
 
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/list.h"
+#include "backend/cpu/list_lengths.h"
 #include "core/memory.h"
 
 /* Longer rows are sorted digit by digit and not by counting. */
@@ -17,23 +18,15 @@ struct build {
     int coarse; /* 1: high words are too coarse for the radius, and rows are sifted afterwards */
 };
 
-/* The search runs on high words, each difference of which is off by less than a unit; the limit has
- * room for that and for the rounding. A row may so hold neighbours a little beyond the radius,
- * which nobody minds. Lengths are in units of the radius. */
 static void prepare_search(struct build *build)
 {
     const struct gbg_box *box = &build->state->box;
     struct gbg_near *near = &build->near;
-    double error = 0.0;
     *near = (struct gbg_near){.grid = &build->list->grid, .dimension = box->dimension};
+    build->coarse = gbg_list_choose_search(box, build->list->radius, near->unit, &near->limit);
     for (int a = 0; a < box->dimension; a++) {
-        double unit = box->length[a] * 0x1p-32 / build->list->radius;
-        near->unit[a] = (float)unit;
         near->high[a] = build->state->high[a];
-        error += unit;
     }
-    near->limit = (float)((1.0 + error) * (1.0 + error) * (1.0 + 2e-6));
-    build->coarse = error > 1e-3;
 }
 
 /* Room for `more` elements in a buffer that holds `used`, of which nothing is kept if used is 0. */
@@ -60,20 +53,11 @@ static int grow(struct gbg_context *context, int32_t **buffer, int64_t *capacity
 /* Leaves out neighbours beyond the radius by all 64 bits. */
 static int64_t sift(const struct build *build, int64_t i, int32_t *found, int64_t count)
 {
-    const struct gbg_state *state = build->state;
     double limit = build->list->radius * build->list->radius;
     int64_t kept = 0;
     for (int64_t k = 0; k < count; k++) {
-        int64_t j = found[k];
-        double squared = 0.0;
-        for (int a = 0; a < state->box.dimension; a++) {
-            double d =
-                gbg_box_difference(&state->box, a, gbg_join(state->high[a][i], state->low[a][i]),
-                                   gbg_join(state->high[a][j], state->low[a][j]));
-            squared += d * d;
-        }
-        if (squared <= limit) {
-            found[kept++] = (int32_t)j;
+        if (gbg_list_holds(build->state, i, found[k], limit)) {
+            found[kept++] = found[k];
         }
     }
     return kept;

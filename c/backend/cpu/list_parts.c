@@ -1,5 +1,6 @@
 /* L1, CPU, per instruction set: the vector parts of building a pair list and of keeping it. */
 #include "backend/cpu/list.h"
+#include "backend/cpu/list_square.h"
 #include "backend/cpu/simd.h"
 #include "backend/cpu/variant.h"
 
@@ -29,8 +30,7 @@ __attribute__((always_inline)) static inline int64_t find(const struct gbg_near 
             vf squared = vf_set(0.0f);
             for (int a = 0; a < dimension; a++) {
                 vi d = vi_sub(own[a], vi_load(grid->high[a] + slot));
-                vf length = vf_mul(vf_from_vi(d), unit[a]);
-                squared = vf_fma(length, length, squared);
+                squared = gbg_list_add_square(d, unit[a], squared);
             }
             vi j = vi_load(grid->particle + slot);
             vm there = vi_lt(lane, vi_set(runs[r].end - slot));
@@ -86,8 +86,8 @@ __attribute__((always_inline)) static inline float follow(const struct gbg_state
             vi local = vi_or(vi_shl_by(vi_load(state->high[a] + i), shift),
                              vi_shr_by(vi_load(state->low[a] + i), 32 - shift));
             vi_store(list->local[a] + i, local);
-            vf d = vf_mul(vf_from_vi(vi_sub(local, vi_load(list->built[a] + i))), scale[a]);
-            squared = vf_fma(d, d, squared);
+            vi d = vi_sub(local, vi_load(list->built[a] + i));
+            squared = gbg_list_add_square(d, scale[a], squared);
         }
         vm there = vi_lt(lane, vi_set(end - i < VF_LANES ? (int32_t)(end - i) : VF_LANES));
         largest = vf_max(largest, vf_keep(there, squared));

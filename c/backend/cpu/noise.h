@@ -22,8 +22,9 @@
 
 enum { GBG_NOISE_NONE, GBG_NOISE_CLAMP, GBG_NOISE_REDRAW, GBG_NOISE_REDRAWS = 15 };
 
+#ifndef GBG_PHILOX_LANES
 /* One round of Philox on the even lanes; odd lanes hold anything. */
-static inline void gbg_philox_round(vi c[4], vi key0, vi key1)
+GBG_VECTOR void gbg_philox_round(vi c[4], vi key0, vi key1)
 {
     vi p = vi_mul_even(c[0], vi_set((int32_t)0xD2511F53u));
     vi q = vi_mul_even(c[2], vi_set((int32_t)0xCD9E8D57u));
@@ -34,7 +35,7 @@ static inline void gbg_philox_round(vi c[4], vi key0, vi key1)
 }
 
 /* Counter words in, random words out. */
-static inline void gbg_philox_lanes(vi c[4], uint32_t key0, uint32_t key1)
+GBG_VECTOR void gbg_philox_lanes(vi c[4], uint32_t key0, uint32_t key1)
 {
     vi odd[4];
     for (int w = 0; w < 4; w++) {
@@ -51,9 +52,10 @@ static inline void gbg_philox_lanes(vi c[4], uint32_t key0, uint32_t key1)
         c[w] = vi_weave(c[w], odd[w]);
     }
 }
+#endif
 
 /* -2 ln u. */
-static inline vf gbg_noise_exponential(vi word)
+GBG_VECTOR vf gbg_noise_exponential(vi word)
 {
     vi v = vi_shr(word, 1);
     vf f = vf_add(vf_from_vi(v), vf_set(0.5f)); /* u 2^31 */
@@ -79,13 +81,13 @@ static inline vf gbg_noise_exponential(vi word)
     return vf_mul(log, vf_set(-2.0f));
 }
 
-static inline vf gbg_noise_radius(vi word)
+GBG_VECTOR vf gbg_noise_radius(vi word)
 {
     return vf_sqrt(gbg_noise_exponential(word));
 }
 
 /* Cosine and sine of the angle: the top two bits are the quarter, the others its signed rest. */
-static inline void gbg_noise_direction(vi word, vf *cosine, vf *sine)
+GBG_VECTOR void gbg_noise_direction(vi word, vf *cosine, vf *sine)
 {
     vf x = vf_mul(vf_from_vi(vi_shl(word, 2)), vf_set(0x1p-31f)); /* in eighths of a turn */
     vf x2 = vf_mul(x, x);
@@ -103,7 +105,7 @@ static inline void gbg_noise_direction(vi word, vf *cosine, vf *sine)
 }
 
 /* Unlimited deviates of one stream. */
-static inline void gbg_noise_draw(const struct gbg_noise *noise, uint64_t step, vi id_low,
+GBG_VECTOR void gbg_noise_draw(const struct gbg_noise *noise, uint64_t step, vi id_low,
                                   vi id_high, uint32_t stream, int dimension, vf xi[3])
 {
     vi word[4] = {vi_set((int32_t)(uint32_t)step), vi_set((int32_t)(uint32_t)(step >> 32)), id_low,
@@ -120,26 +122,26 @@ static inline void gbg_noise_draw(const struct gbg_noise *noise, uint64_t step, 
 }
 
 /* The largest float that is not above a positive limit. */
-static inline float gbg_noise_limit(const struct gbg_noise *noise)
+GBG_VECTOR float gbg_noise_limit(const struct gbg_noise *noise)
 {
     float limit = (float)noise->limit;
     return (double)limit > noise->limit ? nextafterf(limit, 0.0f) : limit;
 }
 
-static inline vf gbg_noise_clamp(vf xi, float limit)
+GBG_VECTOR vf gbg_noise_clamp(vf xi, float limit)
 {
     return vf_max(vf_min(xi, vf_set(limit)), vf_set(-limit));
 }
 
 /* Lanes outside +-limit. */
-static inline vm gbg_noise_outside(vf xi, float limit)
+GBG_VECTOR vm gbg_noise_outside(vf xi, float limit)
 {
     return vm_or(vf_lt(vf_set(limit), xi), vf_lt(xi, vf_set(-limit)));
 }
 
 /* Each component outside the limit is replaced by that of the first stream 1..15 where it is
  * inside, or clamped when there is none. */
-static inline void gbg_noise_redraw(const struct gbg_noise *noise, uint64_t step, vi id_low,
+GBG_VECTOR void gbg_noise_redraw(const struct gbg_noise *noise, uint64_t step, vi id_low,
                                     vi id_high, int dimension, float limit, vf xi[3])
 {
     for (uint32_t stream = 1; stream <= GBG_NOISE_REDRAWS; stream++) {
@@ -163,7 +165,7 @@ static inline void gbg_noise_redraw(const struct gbg_noise *noise, uint64_t step
 
 /* Limited deviates, not yet multiplied by noise->scale, for the ids in the lanes: low words and
  * high words (of which 24 bits count). */
-static inline void gbg_noise_lanes(const struct gbg_noise *noise, uint64_t step, vi id_low,
+GBG_VECTOR void gbg_noise_lanes(const struct gbg_noise *noise, uint64_t step, vi id_low,
                                    vi id_high, int dimension, vf xi[3])
 {
     gbg_noise_draw(noise, step, id_low, id_high, GBG_STREAM_NOISE, dimension, xi);
@@ -177,7 +179,7 @@ static inline void gbg_noise_lanes(const struct gbg_noise *noise, uint64_t step,
 }
 
 /* Low and high words of the ids first .. first + VF_LANES - 1. */
-static inline void gbg_noise_ids(uint64_t first, vi *id_low, vi *id_high)
+GBG_VECTOR void gbg_noise_ids(uint64_t first, vi *id_low, vi *id_high)
 {
     static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const vi sign = vi_set(INT32_MIN), start = vi_set((int32_t)(uint32_t)first);

@@ -6,9 +6,10 @@
 
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/list.h"
+#include "backend/cpu/list_lengths.h"
 #include "core/memory.h"
 
-enum { KEY_BITS = 32, DIGIT_BITS = 11, DIGITS = 1 << DIGIT_BITS };
+enum { DIGIT_BITS = 11, DIGITS = 1 << DIGIT_BITS };
 
 /* Sorting memory: keys and indices twice; moving an array needs 8 bytes a particle, which then lie
  * over the keys. */
@@ -30,39 +31,12 @@ static int take_work(struct gbg_device *device, int64_t n, struct work *work)
     return status;
 }
 
-/* The axes in the order in which they are halved: always the longest edge, so that a key names a
- * box that is as cubic as can be. */
-static void choose_halvings(const struct gbg_box *box, unsigned char axis[KEY_BITS])
-{
-    double edge[3] = {0.0, 0.0, 0.0};
-    for (int a = 0; a < box->dimension; a++) {
-        edge[a] = box->length[a];
-    }
-    for (int k = 0; k < KEY_BITS; k++) {
-        int longest = 0;
-        for (int a = 1; a < box->dimension; a++) {
-            longest = edge[a] > edge[longest] ? a : longest;
-        }
-        axis[k] = (unsigned char)longest;
-        edge[longest] *= 0.5;
-    }
-}
-
 static void make_keys(struct gbg_device *device, const struct gbg_state *state, struct work *work)
 {
-    unsigned char axis[KEY_BITS];
-    choose_halvings(&state->box, axis);
+    struct gbg_halvings halvings = gbg_order_halvings(&state->box);
 #pragma omp parallel for num_threads(device->threads) schedule(static)
     for (int64_t i = 0; i < state->owned; i++) {
-        uint32_t word[3] = {0, 0, 0}, key = 0;
-        for (int a = 0; a < state->box.dimension; a++) {
-            word[a] = state->high[a][i];
-        }
-        for (int k = 0; k < KEY_BITS; k++) {
-            key = key << 1 | word[axis[k]] >> 31;
-            word[axis[k]] <<= 1;
-        }
-        work->key[0][i] = key;
+        work->key[0][i] = gbg_order_key(state, &halvings, i);
         work->index[0][i] = (int32_t)i;
     }
     (void)device;
@@ -174,7 +148,7 @@ int gbg_arrange(struct gbg_device *device, struct gbg_state *state, int by_place
     }
     if (by_place) {
         make_keys(device, state, &work);
-        for (int shift = 0; shift < KEY_BITS; shift += DIGIT_BITS) {
+        for (int shift = 0; shift < GBG_KEY_BITS; shift += DIGIT_BITS) {
             sort_digit(&work, state->owned, shift);
         }
     } else {
@@ -187,14 +161,13 @@ int gbg_arrange(struct gbg_device *device, struct gbg_state *state, int by_place
     return GBG_OK;
 }
 
-/* A set of small numbers, in which two rarely share a place. */
 struct sieve {
-    uint64_t bits[256];
+    uint64_t bits[GBG_SIEVE_PLACES / 64];
 };
 
 static int first_time(struct sieve *sieve, uint32_t number)
 {
-    uint32_t place = number * UINT32_C(2654435769) >> 18;
+    uint32_t place = gbg_sieve_place(number);
     uint64_t bit = UINT64_C(1) << (place & 63), seen = sieve->bits[place >> 6] & bit;
     sieve->bits[place >> 6] |= bit;
     return !seen;
@@ -211,18 +184,18 @@ static const int32_t *index_of(const struct gbg_list *list, int64_t slice)
 
 double gbg_list_scatter(const struct gbg_list *list)
 {
-    enum { STRIDE = 61, LINE = 16, NEAREST_CACHE = 65536 };
+    enum { NEAREST_CACHE = 65536 };
     int64_t neighbours = 0, lines = 0;
     if (list->n * list->dimension * (int64_t)sizeof *list->local[0] <= NEAREST_CACHE) {
         return 0.0;
     }
-    for (int64_t slice = 0; slice < list->slices; slice += STRIDE) {
+    for (int64_t slice = 0; slice < list->slices; slice += GBG_SCATTER_STRIDE) {
         struct sieve seen = {{0}}, seen_lines = {{0}};
         const int32_t *index = index_of(list, slice);
         for (int64_t k = 0; k < (int64_t)list->width[slice] * GBG_SLICE; k++) {
             if (first_time(&seen, (uint32_t)index[k])) {
                 neighbours++;
-                lines += first_time(&seen_lines, (uint32_t)index[k] / LINE);
+                lines += first_time(&seen_lines, (uint32_t)index[k] / GBG_SCATTER_LINE);
             }
         }
     }

@@ -31,7 +31,7 @@ int gbg_search_create(struct gbg_device *device, const struct gbg_box *box,
     if (status != GBG_OK) {
         return status;
     }
-    made->box = *box;
+    made->frame.box = *box;
     made->threads = device->threads;
     status = gbg_allocate_zero(device->context, (void **)&made->thread, made->threads,
                                sizeof *made->thread, "threads of the search");
@@ -89,7 +89,7 @@ void gbg_search_destroy(struct gbg_device *device, struct gbg_search *search)
 
 int gbg_search_reserve(struct gbg_device *device, struct gbg_search *search, int64_t n)
 {
-    int dimension = search->box.dimension, listed = search->plan.skin > 0.0;
+    int dimension = search->frame.box.dimension, listed = search->frame.plan.skin > 0.0;
     if (n <= search->n_capacity && (!listed || search->slot)) {
         return GBG_OK;
     }
@@ -169,23 +169,6 @@ int gbg_search_room(struct gbg_device *device, struct gbg_search_thread *thread,
     return status;
 }
 
-/* Squared distances in units of the radius: below `sure` a float says yes, above `likely` no. Their
- * room covers the rounding of floats and of the coordinates, which are cut to whole units. */
-static void set_radius(struct gbg_search *search, double radius)
-{
-    double coarsest = 0.0;
-    for (int a = 0; a < search->box.dimension; a++) {
-        double unit = ldexp(search->box.length[a], -32 - search->shift[a]) / radius;
-        unit = fmin(unit, 1e15);
-        search->scale[a] = (float)unit;
-        coarsest = fmax(coarsest, unit);
-    }
-    double slack = 1e-6 + 4.0 * coarsest * (1.0 + coarsest);
-    search->likely = (float)(1.0 + slack);
-    search->sure = (float)(1.0 - slack);
-    search->squared = radius * radius;
-}
-
 static int worst(const struct gbg_search *search)
 {
     int status = GBG_OK;
@@ -200,7 +183,7 @@ static void encode(struct gbg_device *device, struct gbg_search *search,
                    const struct gbg_points *points, int with_keys)
 {
     const struct gbg_search_kernels *kernels = device->variant->search;
-    int64_t n = search->n, blocks = (n + BLOCK - 1) / BLOCK;
+    int64_t n = search->frame.n, blocks = (n + BLOCK - 1) / BLOCK;
     int threads = gbg_search_threads(search, n);
     (void)threads;
 #pragma omp parallel for num_threads(threads) schedule(static)
@@ -220,17 +203,13 @@ static void encode(struct gbg_device *device, struct gbg_search *search,
 static int place(struct gbg_device *device, struct gbg_search *search,
                  const struct gbg_points *points, double reach)
 {
-    for (int a = 0; a < 3; a++) {
-        search->origin[a] = 0;
-        search->zoom[a] = 0;
-    }
-    search->crowded = 0;
+    gbg_search_frame_start(&search->frame);
     int status = gbg_search_choose_cells(device, search, reach);
     if (status != GBG_OK) {
         return status;
     }
-    int with_keys = search->plan.method != GBG_SEARCH_BRUTE;
-    if (!search->crowded) {
+    int with_keys = search->frame.plan.method != GBG_SEARCH_BRUTE;
+    if (!search->frame.crowded) {
         encode(device, search, points, with_keys);
         return GBG_OK;
     }
@@ -247,7 +226,7 @@ static int place(struct gbg_device *device, struct gbg_search *search,
 /* First key whose slots start at or after `slot`. */
 static int64_t key_at(const struct gbg_search *search, int64_t slot)
 {
-    int64_t low = 0, high = search->n_keys;
+    int64_t low = 0, high = search->frame.n_keys;
     while (low < high) {
         int64_t middle = (low + high) / 2;
         if (search->first[middle] < slot) {
@@ -262,12 +241,13 @@ static int64_t key_at(const struct gbg_search *search, int64_t slot)
 static void scan_sorted(struct gbg_device *device, struct gbg_search *search)
 {
     const struct gbg_search_kernels *kernels = device->variant->search;
-    int threads = gbg_search_threads(search, search->n);
+    int threads = gbg_search_threads(search, search->frame.n);
     int64_t units = threads > 1 ? threads * UNITS_A_THREAD : 1;
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (int64_t u = 0; u < units; u++) {
-        int64_t begin = u == 0 ? 0 : key_at(search, search->n * u / units);
-        int64_t end = u == units - 1 ? search->n_keys : key_at(search, search->n * (u + 1) / units);
+        int64_t begin = u == 0 ? 0 : key_at(search, search->frame.n * u / units);
+        int64_t end = u == units - 1 ? search->frame.n_keys
+                                     : key_at(search, search->frame.n * (u + 1) / units);
         kernels->scan(device, search, thread_number(), begin, end);
     }
 }
@@ -275,7 +255,7 @@ static void scan_sorted(struct gbg_device *device, struct gbg_search *search)
 /* Puts the particles into cells of one each, a thread for each range of cells. */
 static void occupy(struct gbg_search *search)
 {
-    int64_t n = search->n, keys = search->n_keys;
+    int64_t n = search->frame.n, keys = search->frame.n_keys;
     int threads = gbg_search_threads(search, n);
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (int t = 0; t < threads; t++) {
@@ -300,7 +280,7 @@ static void occupy(struct gbg_search *search)
 /* The first pair that shares a cell, if there is one. */
 static int find_crowded(const struct gbg_search *search, struct gbg_pair *crowded)
 {
-    int threads = gbg_search_threads(search, search->n);
+    int threads = gbg_search_threads(search, search->frame.n);
     int64_t second = -1;
     for (int t = 0; t < threads; t++) {
         int64_t at = search->thread[t].crowded;
@@ -310,40 +290,36 @@ static int find_crowded(const struct gbg_search *search, struct gbg_pair *crowde
     if (second < 0) {
         return 0;
     }
-    double squared = 0.0;
     crowded->first = search->first[search->key[second]];
     crowded->second = second;
-    for (int a = 0; a < search->box.dimension; a++) {
-        double d = gbg_box_difference(&search->box, a, search->fraction[a][crowded->first],
-                                      search->fraction[a][second]);
-        squared += d * d;
-    }
-    crowded->distance = sqrt(squared);
+    crowded->distance =
+        sqrt(gbg_search_squared(&search->frame, search->frame.box.dimension, search->fraction,
+                                crowded->first, search->fraction, second));
     return 1;
 }
 
 static void scan_occupied(struct gbg_device *device, struct gbg_search *search)
 {
     const struct gbg_search_kernels *kernels = device->variant->search;
-    int threads = gbg_search_threads(search, search->n);
+    int threads = gbg_search_threads(search, search->frame.n);
     int64_t units = threads > 1 ? threads * UNITS_A_THREAD : 1;
-    for (int a = 0; a < search->box.dimension; a++) {
+    for (int a = 0; a < search->frame.box.dimension; a++) {
 #pragma omp parallel for num_threads(threads) schedule(static)
-        for (int64_t i = 0; i < search->n; i++) {
-            search->local[a][i] = gbg_search_local(search->fraction[a][i], search->shift[a]);
+        for (int64_t i = 0; i < search->frame.n; i++) {
+            search->local[a][i] = gbg_search_local(search->fraction[a][i], search->frame.shift[a]);
         }
     }
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (int64_t u = 0; u < units; u++) {
-        kernels->scan_occupied(device, search, thread_number(), search->n_keys * u / units,
-                               search->n_keys * (u + 1) / units);
+        kernels->scan_occupied(device, search, thread_number(), search->frame.n_keys * u / units,
+                               search->frame.n_keys * (u + 1) / units);
     }
 }
 
 /* Every pair by the rule itself. */
 static void scan_brute(struct gbg_device *device, struct gbg_search *search)
 {
-    int64_t n = search->n;
+    int64_t n = search->frame.n;
     int threads = gbg_search_threads(search, n * n / 64);
 #pragma omp parallel for num_threads(threads) schedule(static)
     for (int64_t i = 0; i < n; i++) {
@@ -382,18 +358,14 @@ static void start_counts(struct gbg_search *search, int list)
 /* A list is good while nobody has moved more than half the skin since it was made. */
 static int list_is_good(const struct gbg_search *search)
 {
-    double limit = 0.25 * search->plan.skin * search->plan.skin * (1.0 - 1e-9);
-    int threads = gbg_search_threads(search, search->n);
+    double limit = gbg_search_frame_slack(&search->frame);
+    int threads = gbg_search_threads(search, search->frame.n);
     int64_t far = 0;
     (void)threads;
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : far)
-    for (int64_t i = 0; i < search->n; i++) {
-        double squared = 0.0;
-        for (int a = 0; a < search->box.dimension; a++) {
-            double d =
-                gbg_box_difference(&search->box, a, search->fraction[a][i], search->built[a][i]);
-            squared += d * d;
-        }
+    for (int64_t i = 0; i < search->frame.n; i++) {
+        double squared = gbg_search_squared(&search->frame, search->frame.box.dimension,
+                                            search->fraction, i, search->built, i);
         far += !(squared <= limit);
     }
     return far == 0;
@@ -402,25 +374,24 @@ static int list_is_good(const struct gbg_search *search)
 /* Rows up to radius + skin, their entries turned from particles into slots. */
 static int make_list(struct gbg_device *device, struct gbg_search *search)
 {
-    /* a part in 10^12 more, so that a rounded sum of two roundings cannot lose a pair */
-    double reach = (search->plan.radius + search->plan.skin) * (1.0 + 1e-12);
+    double reach = gbg_search_frame_reach(&search->frame);
     search->has_list = 0;
     int status = place(device, search, NULL, reach);
     status = status ? status : gbg_search_sort(device, search);
     if (status != GBG_OK) {
         return status;
     }
-    set_radius(search, reach);
+    gbg_search_frame_radius(&search->frame, reach);
     start_counts(search, 1);
     scan_sorted(device, search);
     status = worst(search);
     if (status != GBG_OK) {
         return status;
     }
-    int threads = gbg_search_threads(search, search->n);
+    int threads = gbg_search_threads(search, search->frame.n);
     (void)threads;
 #pragma omp parallel for num_threads(threads) schedule(static)
-    for (int64_t s = 0; s < search->n; s++) {
+    for (int64_t s = 0; s < search->frame.n; s++) {
         search->slot[search->particle[s]] = (int32_t)s;
     }
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
@@ -430,8 +401,8 @@ static int make_list(struct gbg_device *device, struct gbg_search *search)
             store->index[k] = search->slot[store->index[k]];
         }
     }
-    for (int a = 0; a < search->box.dimension; a++) {
-        memcpy(search->built[a], search->fraction[a], (size_t)search->n * 8);
+    for (int a = 0; a < search->frame.box.dimension; a++) {
+        memcpy(search->built[a], search->fraction[a], (size_t)search->frame.n * 8);
     }
     search->has_list = 1;
     return GBG_OK;
@@ -447,20 +418,21 @@ static int update_list(struct gbg_device *device, struct gbg_search *search, int
     if (status != GBG_OK) {
         return status;
     }
-    int threads = gbg_search_threads(search, search->n);
-    for (int a = 0; a < search->box.dimension && !*searched; a++) {
+    int threads = gbg_search_threads(search, search->frame.n);
+    for (int a = 0; a < search->frame.box.dimension && !*searched; a++) {
 #pragma omp parallel for num_threads(threads) schedule(static)
-        for (int64_t s = 0; s < search->n; s++) {
+        for (int64_t s = 0; s < search->frame.n; s++) {
             search->local[a][s] =
-                gbg_search_local(search->fraction[a][search->particle[s]], search->shift[a]);
+                gbg_search_local(search->fraction[a][search->particle[s]], search->frame.shift[a]);
         }
     }
-    set_radius(search, search->plan.radius);
+    gbg_search_frame_radius(&search->frame, search->frame.plan.radius);
     start_counts(search, 0);
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
     for (int t = 0; t < threads; t++) {
-        device->variant->search->filter(device, search, thread_number(), search->n * t / threads,
-                                        search->n * (t + 1) / threads);
+        device->variant->search->filter(device, search, thread_number(),
+                                        search->frame.n * t / threads,
+                                        search->frame.n * (t + 1) / threads);
     }
     return worst(search);
 }
@@ -468,16 +440,16 @@ static int update_list(struct gbg_device *device, struct gbg_search *search, int
 static int search_anew(struct gbg_device *device, struct gbg_search *search,
                        const struct gbg_points *points, struct gbg_pair *crowded)
 {
-    int brute = search->plan.method == GBG_SEARCH_BRUTE;
-    int status = place(device, search, points, search->plan.radius);
+    int brute = search->frame.plan.method == GBG_SEARCH_BRUTE;
+    int status = place(device, search, points, search->frame.plan.radius);
     if (status != GBG_OK) {
         return status;
     }
-    set_radius(search, search->plan.radius);
+    gbg_search_frame_radius(&search->frame, search->frame.plan.radius);
     start_counts(search, 0);
     if (brute) {
         scan_brute(device, search);
-    } else if (search->plan.method == GBG_SEARCH_OCCUPANCY) {
+    } else if (search->frame.plan.method == GBG_SEARCH_OCCUPANCY) {
         occupy(search);
         if (find_crowded(search, crowded)) {
             return GBG_OK;
@@ -503,12 +475,12 @@ int gbg_search_update(struct gbg_device *device, struct gbg_search *search,
                       struct gbg_search_report *report)
 {
     *report = (struct gbg_search_report){.searched = 1, .crowded = {-1, -1, 0.0}};
-    if (!same_plan(&search->plan, plan) || search->n != points->n) {
+    if (!same_plan(&search->frame.plan, plan) || search->frame.n != points->n) {
         search->has_list = 0;
     }
     search->has_result = 0;
-    search->plan = *plan;
-    search->n = points->n;
+    search->frame.plan = *plan;
+    search->frame.n = points->n;
     int status = gbg_search_reserve(device, search, points->n);
     if (status == GBG_OK && plan->skin > 0.0) {
         encode(device, search, points, 0);
@@ -523,14 +495,7 @@ int gbg_search_update(struct gbg_device *device, struct gbg_search *search,
         report->rows += search->thread[t].found;
         report->candidates += search->thread[t].looked;
     }
-    for (int a = 0; a < 3; a++) {
-        report->cells[a] = search->cells[a];
-    }
-    report->edge = INFINITY;
-    for (int a = 0; a < search->box.dimension; a++) {
-        double part = ldexp(search->box.length[a], -search->zoom[a]);
-        report->edge = fmin(report->edge, part / search->cells[a]);
-    }
+    gbg_search_frame_report(&search->frame, report);
     search->has_result = 1;
     return GBG_OK;
 }

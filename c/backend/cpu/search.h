@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 #include "backend/backend.h"
-#include "core/box.h"
+#include "backend/cpu/search_frame.h"
 
 enum { GBG_SEARCH_ROWS = 25, GBG_SEARCH_RUNS = 2 * GBG_SEARCH_ROWS, GBG_SEARCH_THREAD_SHIFT = 48 };
 
@@ -32,30 +32,15 @@ struct gbg_search_row {
 };
 
 struct gbg_search {
-    struct gbg_box box;
-    struct gbg_search_plan plan; /* of what is stored */
-    int64_t n, n_capacity;
+    struct gbg_search_frame frame;
+    int64_t n_capacity;
     int has_result, has_list;
 
-    /* Cells: key = cell << sub | octant, x fastest. A key's interval is half open and found from
-     * the fraction by integers alone. */
-    /* Where all particles stand in a part of an axis, cells cover only that: fractions are counted
-     * from `origin` and their top `zoom` bits, which are zero, dropped. */
-    uint64_t origin[3];
-    int zoom[3], crowded; /* crowded: larger cells were taken than asked for */
-    int cells[3], around[3], sub;
-    int64_t n_keys, key_capacity;
+    int64_t key_capacity;
     int rows, row_keys; /* inside the box: rows of candidates of a key, and the keys of each */
     int64_t row_from[8][GBG_SEARCH_ROWS]; /* of an octant: first key of each, less the first of the
                                              cell */
     int32_t *first; /* n_keys + 1: first slot of a key; occupancy: the particle of a cell or -1 */
-
-    /* 32-bit coordinates: the top `shift` bits of a fraction are dropped and the next 32 kept; the
-     * period is more than twice the largest distance of a candidate. */
-    int shift[3];
-    float scale[3];     /* unit of a local coordinate over the radius in question */
-    float sure, likely; /* squared distance below which a pair is one, and above which not */
-    double squared;     /* radius radius */
 
     uint64_t *fraction[3], *built[3];  /* in the caller's order: now, and when the list was made */
     int32_t *key;                      /* in the caller's order */
@@ -109,7 +94,7 @@ int gbg_search_pairs(struct gbg_device *device, struct gbg_search *search, int b
 int gbg_search_block(struct gbg_device *device, struct gbg_search *search,
                      struct gbg_search_block *block);
 
-/* Cells for a reach (the radius, with a skin more) and the shifts of local coordinates. */
+/* Cells for a reach (the radius, with a skin more), and memory for them. */
 int gbg_search_choose_cells(struct gbg_device *device, struct gbg_search *search, double reach);
 /* Cells for the part of the box that the particles take, where it is small; 0: it is not. */
 int gbg_search_zoom(struct gbg_search *search);
@@ -138,22 +123,9 @@ static inline int32_t *gbg_search_row(const struct gbg_search *search, int64_t i
            (at & ((UINT64_C(1) << GBG_SEARCH_THREAD_SHIFT) - 1));
 }
 
-/* The rule that decides about a pair, the same for every method: exact differences, each turned
- * into a length by one rounding of the integer and one of the product, squares summed in order. */
 static inline int gbg_search_within(const struct gbg_search *search, int64_t i, int64_t j)
 {
-    double sum = 0.0;
-    for (int a = 0; a < search->box.dimension; a++) {
-        double d =
-            gbg_box_difference(&search->box, a, search->fraction[a][i], search->fraction[a][j]);
-        sum += d * d;
-    }
-    return sum <= search->squared;
-}
-
-static inline uint32_t gbg_search_local(uint64_t fraction, int shift)
-{
-    return (uint32_t)(fraction << shift >> 32);
+    return gbg_search_rule(&search->frame, search->frame.box.dimension, search->fraction, i, j);
 }
 
 #endif

@@ -25,7 +25,7 @@ static int64_t larger_ones(const struct gbg_search *search, int64_t i)
 static int sum_ranges(struct gbg_device *device, const struct gbg_search *search, int threads,
                       int upper, int64_t **start)
 {
-    int64_t n = search->n, *sum;
+    int64_t n = search->frame.n, *sum;
     int status = gbg_cpu_scratch(device, (void **)start, threads + 1, sizeof **start, "row sums");
     if (status != GBG_OK) {
         return status;
@@ -49,8 +49,8 @@ static int sum_ranges(struct gbg_device *device, const struct gbg_search *search
 int gbg_search_csr(struct gbg_device *device, struct gbg_search *search, int base, int64_t *offset,
                    int32_t *neighbour)
 {
-    int threads = gbg_search_threads(search, search->n);
-    int64_t n = search->n, *start;
+    int threads = gbg_search_threads(search, search->frame.n);
+    int64_t n = search->frame.n, *start;
     int status = sum_ranges(device, search, threads, 0, &start);
     if (status != GBG_OK) {
         return status;
@@ -68,8 +68,8 @@ int gbg_search_csr(struct gbg_device *device, struct gbg_search *search, int bas
 int gbg_search_pairs(struct gbg_device *device, struct gbg_search *search, int base, int32_t *first,
                      int32_t *second)
 {
-    int threads = gbg_search_threads(search, search->n);
-    int64_t n = search->n, *start;
+    int threads = gbg_search_threads(search, search->frame.n);
+    int64_t n = search->frame.n, *start;
     int status = sum_ranges(device, search, threads, 1, &start);
     if (status != GBG_OK) {
         return status;
@@ -93,10 +93,10 @@ int gbg_search_pairs(struct gbg_device *device, struct gbg_search *search, int b
 int gbg_search_block(struct gbg_device *device, struct gbg_search *search,
                      struct gbg_search_block *block)
 {
-    int dimension = search->box.dimension;
+    int dimension = search->frame.box.dimension;
     (void)device;
     block->count = 0;
-    for (; block->particle < search->n; block->particle++, block->entry = 0) {
+    for (; block->particle < search->frame.n; block->particle++, block->entry = 0) {
         int64_t i = block->particle, count = search->out[i].count;
         const int32_t *row = gbg_search_row(search, i);
         for (; block->entry < count; block->entry++) {
@@ -111,7 +111,7 @@ int gbg_search_block(struct gbg_device *device, struct gbg_search *search,
             block->second[block->count] = (int32_t)j;
             for (int a = 0; a < dimension; a++) {
                 block->separation[block->count * dimension + a] = gbg_box_difference(
-                    &search->box, a, search->fraction[a][i], search->fraction[a][j]);
+                    &search->frame.box, a, search->fraction[a][i], search->fraction[a][j]);
             }
             block->count++;
         }

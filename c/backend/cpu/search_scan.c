@@ -15,8 +15,8 @@ enum { GROUP = 8, AHEAD = 16 };
 static void encode(struct gbg_search *search, const struct gbg_points *points, int64_t begin,
                    int64_t end)
 {
-    for (int a = 0; a < search->box.dimension; a++) {
-        const struct gbg_box box = search->box;
+    for (int a = 0; a < search->frame.box.dimension; a++) {
+        const struct gbg_box box = search->frame.box;
         const double *restrict from = points->base[a];
         uint64_t *restrict to = search->fraction[a];
         ptrdiff_t step = points->step;
@@ -31,21 +31,14 @@ INLINE void keys_of(struct gbg_search *search, int64_t begin, int64_t end, const
 {
     int32_t *restrict key = search->key;
     for (int64_t i = begin; i < end; i++) {
-        uint32_t cell = 0, octant = 0;
-        for (int a = dimension - 1; a >= 0; a--) {
-            uint64_t high = (search->fraction[a][i] - search->origin[a]) << search->zoom[a] >> 32;
-            uint64_t halves = high * (uint64_t)(search->cells[a] << (sub > 0)) >> 32;
-            cell = cell * (uint32_t)search->cells[a] + (uint32_t)(halves >> (sub > 0));
-            octant |= sub ? (uint32_t)(halves & 1) << a : 0;
-        }
-        key[i] = (int32_t)(cell << sub | octant);
+        key[i] = gbg_search_key(&search->frame, search->fraction, i, dimension, sub);
     }
 }
 
 static void keys(struct gbg_search *search, int64_t begin, int64_t end)
 {
-    int octants = search->sub > 0;
-    if (search->box.dimension == 2) {
+    int octants = search->frame.sub > 0;
+    if (search->frame.box.dimension == 2) {
         octants ? keys_of(search, begin, end, 2, 2) : keys_of(search, begin, end, 2, 0);
     } else {
         octants ? keys_of(search, begin, end, 3, 3) : keys_of(search, begin, end, 3, 0);
@@ -88,12 +81,12 @@ INLINE int64_t neighbours_of(const struct gbg_search *search,
                              const struct gbg_search_thread *thread, int64_t count, int32_t self,
                              const uint32_t *own_local, int32_t *row, const int dimension)
 {
-    vf scale[3], likely = vf_set(search->likely), sure = vf_set(search->sure);
+    vf scale[3], likely = vf_set(search->frame.likely), sure = vf_set(search->frame.sure);
     vi own[3], me = vi_set(self);
     int64_t found = 0;
     for (int a = 0; a < dimension; a++) {
         own[a] = vi_set((int32_t)own_local[a]);
-        scale[a] = vf_set(search->scale[a]);
+        scale[a] = vf_set(search->frame.scale[a]);
     }
     for (int64_t k = 0; k < count; k += VF_LANES) {
         vf r = vf_mul(vf_from_vi(vi_sub(own[0], vi_load(thread->place[0] + k))), scale[0]);
@@ -159,7 +152,7 @@ INLINE void make_rows(struct gbg_device *device, struct gbg_search *search, int 
                       int64_t count, int32_t from, int32_t to, const int dimension)
 {
     struct gbg_search_thread *thread = &search->thread[number];
-    int listed = search->plan.skin > 0.0;
+    int listed = search->frame.plan.skin > 0.0;
     int64_t length[GROUP], room = count + GBG_SORT_SLACK + VF_LANES;
     for (int32_t slot = from; slot < to; slot++) {
         uint32_t own[3];
@@ -180,20 +173,21 @@ INLINE void make_rows(struct gbg_device *device, struct gbg_search *search, int 
 INLINE int runs_of(const struct gbg_search *search, int64_t key, struct gbg_search_run *runs,
                    const int dimension)
 {
-    uint32_t cell = (uint32_t)(key >> search->sub), cells = (uint32_t)search->cells[0];
-    uint32_t row = cell / cells, octant = (uint32_t)key & ((1u << search->sub) - 1);
+    uint32_t cell = (uint32_t)(key >> search->frame.sub), cells = (uint32_t)search->frame.cells[0];
+    uint32_t row = cell / cells, octant = (uint32_t)key & ((1u << search->frame.sub) - 1);
     int c[3] = {(int)(cell - row * cells), (int)row, 0}, inside = 1;
     if (dimension == 3) {
-        c[2] = (int)(row / (uint32_t)search->cells[1]);
-        c[1] = (int)(row - (uint32_t)c[2] * (uint32_t)search->cells[1]);
+        c[2] = (int)(row / (uint32_t)search->frame.cells[1]);
+        c[1] = (int)(row - (uint32_t)c[2] * (uint32_t)search->frame.cells[1]);
     }
     for (int a = 0; a < dimension; a++) {
-        inside &= c[a] >= search->around[a] && c[a] < search->cells[a] - search->around[a];
+        inside &= c[a] >= search->frame.around[a] &&
+                  c[a] < search->frame.cells[a] - search->frame.around[a];
     }
     if (!inside) {
         return gbg_search_runs(search, c, (int)octant, runs);
     }
-    const int32_t *first = search->first + ((int64_t)cell << search->sub);
+    const int32_t *first = search->first + ((int64_t)cell << search->frame.sub);
     const int64_t *from = search->row_from[octant];
     for (int k = 0; k < search->rows; k++) {
         runs[k].begin = first[from[k]];
@@ -233,7 +227,7 @@ INLINE void scan_keys(struct gbg_device *device, struct gbg_search *search, int 
 static void scan(struct gbg_device *device, struct gbg_search *search, int thread, int64_t begin,
                  int64_t end)
 {
-    if (search->box.dimension == 2) {
+    if (search->frame.box.dimension == 2) {
         scan_keys(device, search, thread, begin, end, 2);
     } else {
         scan_keys(device, search, thread, begin, end, 3);
@@ -246,12 +240,12 @@ INLINE int64_t sift(const struct gbg_search *search, const int32_t *listed, int6
                     int32_t own_place, int32_t self, const int32_t *ids, int32_t *row,
                     const int dimension)
 {
-    vf scale[3], likely = vf_set(search->likely), sure = vf_set(search->sure);
+    vf scale[3], likely = vf_set(search->frame.likely), sure = vf_set(search->frame.sure);
     vi own[3];
     int64_t found = 0;
     for (int a = 0; a < dimension; a++) {
         own[a] = vi_set((int32_t)search->local[a][own_place]);
-        scale[a] = vf_set(search->scale[a]);
+        scale[a] = vf_set(search->frame.scale[a]);
     }
     for (int64_t k = 0; k < count; k += VF_LANES) {
         vi place = vi_load(listed + k);
@@ -312,7 +306,7 @@ INLINE void filter_slots(struct gbg_device *device, struct gbg_search *search, i
 static void filter(struct gbg_device *device, struct gbg_search *search, int thread, int64_t begin,
                    int64_t end)
 {
-    if (search->box.dimension == 2) {
+    if (search->frame.box.dimension == 2) {
         filter_slots(device, search, thread, begin, end, 2);
     } else {
         filter_slots(device, search, thread, begin, end, 3);
@@ -338,11 +332,11 @@ INLINE int64_t occupants(const int32_t *cell, int64_t begin, int64_t end, int32_
 /* Candidates of the particle in cell c: those in the cells around. */
 INLINE int64_t collect(const struct gbg_search *search, const int c[3], int32_t *to)
 {
-    const int *cells = search->cells, *around = search->around;
+    const int *cells = search->frame.cells, *around = search->frame.around;
     int64_t found = 0;
     int low[3], count[3];
     for (int a = 0; a < 3; a++) {
-        int all = a >= search->box.dimension || 2 * around[a] + 1 >= cells[a];
+        int all = a >= search->frame.box.dimension || 2 * around[a] + 1 >= cells[a];
         count[a] = all ? cells[a] : 2 * around[a] + 1;
         low[a] = all ? 0 : c[a] - around[a];
     }
@@ -374,19 +368,19 @@ INLINE void scan_cells(struct gbg_device *device, struct gbg_search *search, int
     struct gbg_search_thread *thread = &search->thread[number];
     int64_t most = VF_LANES;
     for (int a = 0; a < dimension; a++) {
-        int wide = 2 * search->around[a] + 1;
-        most *= wide < search->cells[a] ? wide : search->cells[a];
+        int wide = 2 * search->frame.around[a] + 1;
+        most *= wide < search->frame.cells[a] ? wide : search->frame.cells[a];
     }
-    most = most < search->n + VF_LANES ? most : search->n + VF_LANES;
+    most = most < search->frame.n + VF_LANES ? most : search->frame.n + VF_LANES;
     thread->status = gbg_search_room(device, thread, dimension, most);
     for (int64_t cell = begin; cell < end && thread->status == GBG_OK; cell++) {
         int32_t self = search->first[cell];
         if (self < 0) {
             continue;
         }
-        int64_t row = cell / search->cells[0];
-        int c[3] = {(int)(cell - row * search->cells[0]), (int)(row % search->cells[1]),
-                    dimension == 3 ? (int)(row / search->cells[1]) : 0};
+        int64_t row = cell / search->frame.cells[0];
+        int c[3] = {(int)(cell - row * search->frame.cells[0]), (int)(row % search->frame.cells[1]),
+                    dimension == 3 ? (int)(row / search->frame.cells[1]) : 0};
         int64_t count = collect(search, c, thread->candidate), kept = 0;
         for (int64_t k = 0; k < count; k++) { /* without itself */
             thread->other[kept] = thread->candidate[k];
@@ -401,7 +395,7 @@ INLINE void scan_cells(struct gbg_device *device, struct gbg_search *search, int
 static void scan_occupied(struct gbg_device *device, struct gbg_search *search, int thread,
                           int64_t begin, int64_t end)
 {
-    if (search->box.dimension == 2) {
+    if (search->frame.box.dimension == 2) {
         scan_cells(device, search, thread, begin, end, 2);
     } else {
         scan_cells(device, search, thread, begin, end, 3);

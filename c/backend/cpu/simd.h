@@ -20,12 +20,17 @@
  * multiply-add unless the compiler's target has one (then its bits agree too): without, fma rounds
  * twice and results differ from the others in the last places.
  *
+ * CUDA has one lane a thread (cuda/simd_cuda.h), with the bits of avx2 and avx512: formulas that are
+ * written in these names, marked GBG_VECTOR, serve it too.
+ *
  * A kernel file is compiled once for each instruction set, GBG_ISA being its name; GBG_ISA_NAME(f)
  * is f_avx512, f_avx2 or f_generic. */
 #ifndef GBG_BACKEND_CPU_SIMD_H
 #define GBG_BACKEND_CPU_SIMD_H
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__AVX512BW__)
+#if defined(__CUDACC__)
+#include "cuda/simd_cuda.h"
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__AVX512BW__)
 #include "backend/cpu/simd_avx512.h"
 #elif defined(__AVX2__) && defined(__FMA__)
 #include "backend/cpu/simd_avx2.h"
@@ -33,11 +38,15 @@
 #include "backend/cpu/simd_generic.h"
 #endif
 
+#ifndef GBG_VECTOR
+#define GBG_VECTOR static inline
+#endif
+
 #define GBG_JOIN_EXPANDED(a, b) a##_##b
 #define GBG_JOIN(a, b) GBG_JOIN_EXPANDED(a, b)
 #define GBG_ISA_NAME(name) GBG_JOIN(name, GBG_ISA)
 
-static inline int vm_any(vm a)
+GBG_VECTOR int vm_any(vm a)
 {
     return vm_bits(a) != 0;
 }
@@ -45,7 +54,7 @@ static inline int vm_any(vm a)
 /* 1/sqrt(a) for normal a > 0 with a relative error below 1.2e-7. Zero gives a large finite number.
  * The seed halves the exponent by an integer shift (error 3.5 %), two steps of orders 4 and 2
  * follow. */
-static inline vf vf_rsqrt(vf a)
+GBG_VECTOR vf vf_rsqrt(vf a)
 {
     vf y = vf_of_bits(vi_sub(vi_set(0x5f375a86), vi_shr(vi_of_bits(a), 1)));
     vf e = vf_fnma(vf_mul(y, y), a, vf_set(1.0f));
@@ -57,7 +66,7 @@ static inline vf vf_rsqrt(vf a)
 }
 
 /* 1/sqrt(a) for normal a > 0 with a relative error below 4e-16; orders 4 and 3 after the seed. */
-static inline vd vd_rsqrt(vd a)
+GBG_VECTOR vd vd_rsqrt(vd a)
 {
     vd y = vd_of_bits(vl_sub(vl_set(0x5fe6eb50c7b537a9), vl_shr(vl_of_bits(a), 1)));
     vd e = vd_fnma(vd_mul(y, y), a, vd_set(1.0));
