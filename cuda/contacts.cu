@@ -1,8 +1,7 @@
 /* L1, CUDA: hard cores: rounds of pair corrections until an exact check finds no overlap. */
 #include "cuda/kernels.h"
 
-#include "backend/cpu/contacts_pair.h"
-#include "cuda/list.h"
+#include "cuda/contacts.h"
 
 /* Rounds are started a few at a time, so that the host seldom waits: those after the last return at
  * once. */
@@ -18,66 +17,11 @@ struct batch {
     struct tally tally[MOST + 1];
 };
 
-/* Everything that a round reads but the particles. A warp works on a slice of the list: in `moved`
- * each has a word, whose bit l says that particle l of the slice has a push. */
+/* What a round reads but the particles. */
 struct work {
-    struct gbg_push_rule rule;
-    struct gbg_cuda_rows rows;
-    float limit;
+    struct gbg_cuda_rounds rounds;
     double slack_squared; /* a list is stale when somebody has moved farther */
-    unsigned char *look;
-    uint32_t *moved;
-    int64_t *push[3];
 };
-
-/* Whether two particles may touch, by 32-bit coordinates with room for their rounding. */
-template <int dimension>
-static __device__ __forceinline__ bool may_touch(const struct work &work, const uint32_t own[3],
-                                                 int64_t j)
-{
-    float squared = 0.0f;
-    for (int a = 0; a < dimension; a++) {
-        float d = (float)(int32_t)(own[a] - work.rows.local[a][j]) * work.rows.scale[a];
-        squared += d * d;
-    }
-    return squared < work.limit;
-}
-
-/* What all overlaps of particle i push it by; returns their number. The exact test is made after
- * 32 neighbours have been looked at, so that few threads wait for others in it. */
-template <int dimension>
-static __device__ __forceinline__ int find_push(const struct gbg_state &state,
-                                                const struct work &work, int64_t i, int64_t push[3],
-                                                unsigned long long *pairs, int64_t *virial)
-{
-    const struct gbg_cuda_rows &rows = work.rows;
-    int64_t slice = i / GBG_CUDA_SLICE;
-    const int32_t *row = rows.index + rows.offset[slice] + i % GBG_CUDA_SLICE;
-    int32_t width = rows.width[slice];
-    uint32_t own[3];
-    int found = 0;
-    for (int a = 0; a < dimension; a++) {
-        own[a] = rows.local[a][i];
-    }
-    for (int32_t begin = 0; begin < width; begin += 32) {
-        int32_t count = width - begin < 32 ? width - begin : 32;
-        uint32_t near = 0;
-#pragma unroll 4
-        for (int32_t k = 0; k < count; k++) {
-            int64_t j = row[(int64_t)(begin + k) * GBG_CUDA_SLICE];
-            near |= (uint32_t)(may_touch<dimension>(work, own, j) && j != i) << k;
-        }
-        for (; near != 0; near &= near - 1) {
-            int32_t k = begin + __ffs((int)near) - 1;
-            int64_t j = row[(int64_t)k * GBG_CUDA_SLICE];
-            if (gbg_push_pair(&work.rule, &state, dimension, i, j, push, virial)) {
-                found++;
-                *pairs += i < j;
-            }
-        }
-    }
-    return found;
-}
 
 static __device__ __forceinline__ void add_up(unsigned long long *sum, unsigned long long value)
 {
@@ -101,42 +45,10 @@ static __global__ void __launch_bounds__(GBG_CUDA_THREADS, 8)
         return;
     }
     unsigned long long pairs = 0;
-    int64_t virial = 0, step = (int64_t)gridDim.x * blockDim.x / GBG_CUDA_SLICE;
-    int lane = threadIdx.x & 31;
-    for (int64_t slice = gbg_cuda_index() / GBG_CUDA_SLICE; slice < work.rows.slices;
-         slice += step) {
-        int64_t i = slice * GBG_CUDA_SLICE + lane, push[3] = {0, 0, 0};
-        bool looked_at = i < work.rows.n && (all || work.look[i]);
-        int found = 0;
-        if (looked_at) {
-            work.look[i] = 0;
-            found = find_push<dimension>(state, work, i, push, &pairs, &virial);
-        }
-        if (found > 0 && work.rule.parting == GBG_PARTING_CARTER) {
-            gbg_push_cut(&work.rule, &state, dimension, i, push);
-        }
-        for (int a = 0; found > 0 && a < dimension; a++) {
-            work.push[a][i] = push[a];
-        }
-        uint32_t moved = __ballot_sync(0xFFFFFFFFu, found > 0);
-        if (lane == 0) {
-            work.moved[slice] = moved;
-        }
-    }
+    int64_t virial = 0;
+    gbg_cuda_find_pushes<dimension>(state, work.rounds, all, &pairs, &virial);
     add_up(&tally->pairs, pairs);
     add_up(&tally->virial, (unsigned long long)virial);
-}
-
-/* Several threads may mark the same particle: all write the same. */
-static __device__ __forceinline__ void mark_around(const struct work &work, int64_t i)
-{
-    int64_t slice = i / GBG_CUDA_SLICE;
-    const int32_t *row = work.rows.index + work.rows.offset[slice] + i % GBG_CUDA_SLICE;
-    int32_t width = work.rows.width[slice];
-    work.look[i] = 1;
-    for (int32_t k = 0; k < width; k++) {
-        work.look[row[(int64_t)k * GBG_CUDA_SLICE]] = 1;
-    }
 }
 
 /* Moves whoever has a push, and marks him and his neighbours for the next round. */
@@ -150,38 +62,23 @@ static __global__ void move(const __grid_constant__ struct gbg_state state,
     }
     double farthest = 0.0;
     bool stale = false;
-    int lane = threadIdx.x & 31;
-    int64_t step = (int64_t)gridDim.x * blockDim.x / GBG_CUDA_SLICE;
-    for (int64_t slice = gbg_cuda_index() / GBG_CUDA_SLICE; slice < work.rows.slices;
-         slice += step) {
-        if (!(work.moved[slice] >> lane & 1)) {
-            continue;
-        }
-        int64_t i = slice * GBG_CUDA_SLICE + lane, push[3] = {0, 0, 0};
+    const struct gbg_cuda_rows &rows = work.rounds.rows;
+    gbg_cuda_push_apart<dimension>(state, work.rounds, [&](int64_t i, double pushed) {
         for (int a = 0; a < dimension; a++) {
-            push[a] = work.push[a][i];
+            rows.local[a][i] = gbg_cuda_local(state.high[a][i], state.low[a][i], rows.shift[a]);
         }
-        double pushed = gbg_push_apply(&state, dimension, i, push);
-        for (int a = 0; a < dimension; a++) {
-            work.rows.local[a][i] =
-                gbg_cuda_local(state.high[a][i], state.low[a][i], work.rows.shift[a]);
-        }
-        stale |= pushed > work.slack_squared ||
-                 gbg_cuda_moved_squared(work.rows, i) > work.slack_squared;
-        if (state.overlapped) {
-            state.overlapped[i] = 1;
-        }
+        stale |=
+            pushed > work.slack_squared || gbg_cuda_moved_squared(rows, i) > work.slack_squared;
         double far = state.start_high[0] ? gbg_push_displaced(&state, dimension, i) : 0.0;
         farthest = far > farthest ? far : farthest;
-        mark_around(work, i);
-    }
+    });
     if (stale) {
         tally->stale = 1;
     }
     gbg_cuda_max(largest, farthest);
 }
 
-static int reserve(struct gbg_device *device, struct gbg_list *list)
+int gbg_cuda_contacts_reserve(struct gbg_device *device, struct gbg_list *list)
 {
     int64_t n = list->rows.n;
     int status = GBG_OK;
@@ -214,21 +111,29 @@ void gbg_cuda_contacts_release(struct gbg_device *device, struct gbg_list *list)
     list->moved = NULL;
 }
 
+struct gbg_cuda_rounds gbg_cuda_rounds_make(const struct gbg_list *list,
+                                            const struct gbg_push_rule *rule,
+                                            const struct gbg_cuda_sieve *sieve)
+{
+    struct gbg_cuda_rounds rounds = {*rule,
+                                     list->rows,
+                                     *sieve,
+                                     list->look,
+                                     (uint32_t *)list->moved,
+                                     {list->push[0], list->push[1], list->push[2]}};
+    return rounds;
+}
+
 /* Anew for every batch: a build may have moved the list's arrays. */
 static struct work make_work(const struct gbg_list *list, const struct gbg_push_rule *rule)
 {
-    struct work work;
+    struct gbg_cuda_sieve sieve = {{}, {}, gbg_push_limit(rule)};
     double slack = 0.5 * (list->radius - list->reach) * 0.999;
-    work.rule = *rule;
-    work.rows = list->rows;
-    work.limit = gbg_push_limit(rule);
-    work.slack_squared = slack * slack;
-    work.look = list->look;
-    work.moved = (uint32_t *)list->moved;
     for (int a = 0; a < 3; a++) {
-        work.push[a] = list->push[a];
+        sieve.coordinate[a] = list->rows.local[a];
+        sieve.scale[a] = list->rows.scale[a];
     }
-    return work;
+    return {gbg_cuda_rounds_make(list, rule, &sieve), slack * slack};
 }
 
 /* `finds` looks, each but perhaps the last followed by a move. */
@@ -237,7 +142,7 @@ static int start(struct gbg_device *device, const struct gbg_state *state, const
                  int all, int finds, int moves, struct batch *batch)
 {
     unsigned most = (unsigned)(BLOCKS * device->multiprocessors);
-    unsigned blocks = gbg_cuda_blocks(work->rows.slices * GBG_CUDA_SLICE);
+    unsigned blocks = gbg_cuda_blocks(work->rounds.rows.slices * GBG_CUDA_SLICE);
     blocks = blocks < most ? blocks : most;
     for (int r = 0; r < finds; r++) {
         struct tally *tally = &batch->tally[r], *last = r > 0 ? tally - 1 : NULL;
@@ -308,7 +213,7 @@ int gbg_cuda_contacts(struct gbg_device *device, struct gbg_state *state, struct
     enum outcome outcome = STALE; /* all are looked at first */
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
-    int status = reserve(device, list);
+    int status = gbg_cuda_contacts_reserve(device, list);
     if (status != GBG_OK || list->rows.n == 0) {
         return status;
     }

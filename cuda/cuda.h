@@ -21,8 +21,9 @@ struct gbg_device {
     cudaStream_t stream; /* all kernels; copies of frames have one of their own */
     struct gbg_kernels kernels;
     struct gbg_cuda_steps *steps; /* batches of steps (steps.cu); NULL: none yet */
-    const int *halt; /* while a batch is recorded: what its kernels look at first; else NULL */
-    void *workspace; /* on the device, for one kernel call at a time */
+    const int *halt;  /* while a batch is started: what its kernels look at first; else NULL */
+    uint64_t moments; /* numbers of list builds given so far */
+    void *workspace;  /* on the device, for one kernel call at a time */
     size_t workspace_bytes;
     void *staging; /* on the host, pinned, for small results */
     size_t staging_bytes;

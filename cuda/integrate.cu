@@ -11,7 +11,9 @@ static __global__ void integrate(const __grid_constant__ struct gbg_state state,
     int64_t i = gbg_cuda_index();
     struct gbg_cuda_move made = {0.0, 0.0, 0.0};
     if (i < state.owned) {
-        made = gbg_cuda_step<dimension>(state, euler, step, i, extremes);
+        double force[dimension];
+        gbg_cuda_stored_force<dimension>(state, i, force);
+        made = gbg_cuda_step<dimension>(state, euler, step, i, force, extremes);
     }
     gbg_cuda_max(&extremes->drift, made.drift);
     gbg_cuda_max(&extremes->noise, made.noise);
@@ -28,7 +30,7 @@ int gbg_cuda_integrate(struct gbg_device *device, struct gbg_state *state,
                        const struct gbg_noise *noise, uint64_t step, double dt, int sign,
                        struct gbg_moves *moves)
 {
-    struct gbg_cuda_euler euler = {*noise, dt, sign};
+    struct gbg_cuda_euler euler = gbg_cuda_euler_make(&state->box, noise, dt, sign);
     struct gbg_cuda_extremes seen = {0, 0, 0, GBG_CUDA_NONE}, *extremes;
     void *memory;
     int status = gbg_cuda_workspace(device, sizeof seen, &memory);

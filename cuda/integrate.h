@@ -17,7 +17,23 @@ struct gbg_cuda_euler {
     struct gbg_noise noise;
     double dt;
     int sign;
+    double half[3], per_quantum[3]; /* of the box; quanta in a length */
 };
+
+static inline struct gbg_cuda_euler
+gbg_cuda_euler_make(const struct gbg_box *box, const struct gbg_noise *noise, double dt, int sign)
+{
+    struct gbg_cuda_euler euler;
+    memset(&euler, 0, sizeof euler); /* so that two may be compared as bytes */
+    euler.noise = *noise;
+    euler.dt = dt;
+    euler.sign = sign;
+    for (int a = 0; a < box->dimension; a++) {
+        euler.half[a] = 0.5 * box->length[a];
+        euler.per_quantum[a] = 1.0 / box->quantum[a];
+    }
+    return euler;
+}
 
 /* Squares of what one particle did. */
 struct gbg_cuda_move {
@@ -33,6 +49,16 @@ static __device__ __forceinline__ void gbg_cuda_draw(const struct gbg_cuda_euler
     if (euler.noise.scale > 0.0) { /* without noise none is drawn */
         gbg_noise_lanes(&euler.noise, step, (vi)(uint32_t)id, (vi)(uint32_t)(id >> 32),
                         state.box.dimension, xi);
+    }
+}
+
+/* Force on particle i from the state's arrays; none: 0. */
+template <int dimension>
+static __device__ __forceinline__ void gbg_cuda_stored_force(const struct gbg_state &state,
+                                                             int64_t i, double force[dimension])
+{
+    for (int a = 0; a < dimension; a++) {
+        force[a] = state.force[a] ? state.force[a][i] : 0.0;
     }
 }
 
@@ -52,7 +78,7 @@ static __device__ __forceinline__ void gbg_cuda_shift(const struct gbg_state &st
 template <int dimension>
 static __device__ __forceinline__ struct gbg_cuda_move
 gbg_cuda_step(const struct gbg_state &state, const struct gbg_cuda_euler &euler, uint64_t step,
-              int64_t i, struct gbg_cuda_extremes *extremes)
+              int64_t i, const double *force, struct gbg_cuda_extremes *extremes)
 {
     struct gbg_cuda_move made = {0.0, 0.0, 0.0};
     float xi[3];
@@ -60,15 +86,14 @@ gbg_cuda_step(const struct gbg_state &state, const struct gbg_cuda_euler &euler,
     bool bad = false;
     gbg_cuda_draw(euler, step, state, i, xi);
     for (int a = 0; a < dimension; a++) {
-        double half = 0.5 * state.box.length[a], per_quantum = 1.0 / state.box.quantum[a];
-        double drift = state.force[a] ? state.force[a][i] * euler.dt : 0.0;
+        double drift = force[a] * euler.dt;
         double noise = euler.noise.scale * (double)xi[a], total = drift + noise;
         made.drift += drift * drift;
         made.noise += noise * noise;
         made.total += total * total;
-        bool good = fabs(total) < half; /* false for NaN too */
+        bool good = fabs(total) < euler.half[a]; /* false for NaN too */
         bad |= !good;
-        quanta[a] = (int64_t)rint(good ? total * per_quantum : 0.0);
+        quanta[a] = (int64_t)rint(good ? total * euler.per_quantum[a] : 0.0);
     }
     if (bad) {
         atomicMin(&extremes->bad,

@@ -14,7 +14,9 @@ struct gbg_list {
     int64_t total, index_capacity;
     struct gbg_cuda_grid grid;
     int64_t builds;
-    uint64_t epoch; /* of the state when the list was built */
+    unsigned widest; /* row of the last build */
+    uint64_t epoch;  /* of the state when the list was built */
+    uint64_t moment; /* number of the build; lists built at the same positions share it */
     /* work arrays of contact rounds (contacts.cu), made at the first call; on the device */
     unsigned char *look;            /* n: 1 = to be looked at in the next round */
     int32_t *candidate, *moved;     /* n each: particles to look at, particles to move */
@@ -51,6 +53,10 @@ double gbg_cuda_list_bytes(const struct gbg_list *list);
 double gbg_cuda_list_scatter(const struct gbg_list *list);
 /* Builds at the present positions, whatever the displacements. */
 int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list);
+/* The same for the lists of forces and of contacts of an engine, either of which may be NULL: the
+ * second is sifted out of the first. */
+int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,
+                         struct gbg_list *contacts);
 /* Of the rooms that own them. */
 void gbg_cuda_contacts_release(struct gbg_device *device, struct gbg_list *list);
 void gbg_cuda_bridge_release(struct gbg_device *device, struct gbg_list *list);

@@ -1,14 +1,12 @@
 /* L1, CUDA: building pair lists from cells: rows of neighbours in ascending order of ranks. */
 #include "cuda/list.h"
 
-#include <cub/device/device_scan.cuh>
-
 #include "backend/cpu/list_lengths.h"
 #include "backend/cpu/list_square.h"
 
 /* Threads of a block that has a row a thread; of one that sorts wide slices; rows of those that it
- * sorts in shared memory. */
-enum { THREADS = GBG_CUDA_THREADS, SORTERS = 1024, SHARED = 256, NONE = INT32_MAX };
+ * sorts in shared memory; neighbours of the longest row that a thread sorts by itself. */
+enum { THREADS = GBG_CUDA_THREADS, SORTERS = 1024, SHARED = 256, NONE = INT32_MAX, WIDEST = 64 };
 
 /* What a search for neighbours reads: lengths in units of the radius. */
 struct search {
@@ -61,24 +59,57 @@ static __device__ __forceinline__ void for_neighbours(const struct search &searc
     });
 }
 
-/* Widths of slices, a warp's each, where the offsets will be; the widest behind them. */
-template <int DIMENSION, bool COARSE>
-static __global__ void __launch_bounds__(THREADS)
-    count_rows(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows)
+/* What a pass over all slices found. */
+struct totals {
+    unsigned long long entries; /* of the index */
+    unsigned int widest, unused;
+};
+
+/* A slice's part of the index, a warp's: the same for all lanes. False if it cannot be filled now:
+ * the index is too short, or a row longer than `most`; it is counted all the same. */
+static __device__ __forceinline__ bool take_part(const struct gbg_cuda_rows &rows, int64_t capacity,
+                                                 int most, int64_t slice, unsigned count,
+                                                 struct totals *totals, unsigned *width,
+                                                 int64_t *offset)
 {
-    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
-    unsigned count = 0;
-    if (i < rows.n) {
-        for_neighbours<DIMENSION, COARSE>(search, i, [&](int32_t) { count++; });
-    }
-    count = __reduce_max_sync(0xFFFFFFFFu, count);
-    if (i % GBG_CUDA_SLICE == 0 && slice < rows.slices) {
-        unsigned long long *widest = (unsigned long long *)rows.offset + rows.slices + 1;
-        rows.width[slice] = (int32_t)count;
-        rows.offset[slice] = (int64_t)count * GBG_CUDA_SLICE;
-        if (count > *(volatile unsigned long long *)widest) { /* few come that far */
-            atomicMax(widest, (unsigned long long)count);
+    unsigned long long begin = 0;
+    *width = __reduce_max_sync(0xFFFFFFFFu, count);
+    if (threadIdx.x % GBG_CUDA_SLICE == 0) {
+        begin = atomicAdd(&totals->entries, (unsigned long long)*width * GBG_CUDA_SLICE);
+        if (*width > *(volatile unsigned *)&totals->widest) { /* few come that far */
+            atomicMax(&totals->widest, *width);
         }
+    }
+    begin = __shfl_sync(0xFFFFFFFFu, begin, 0);
+    bool fits =
+        *width <= (unsigned)most && (int64_t)begin + (int64_t)*width * GBG_CUDA_SLICE <= capacity;
+    if (threadIdx.x % GBG_CUDA_SLICE == 0) {
+        rows.width[slice] = fits ? (int32_t)*width : 0;
+        rows.offset[slice] = fits ? (int64_t)begin : 0;
+    }
+    *offset = (int64_t)begin;
+    return fits;
+}
+
+/* A network of comparisons that sorts, all of its places known to the compiler (Batcher's merges of
+ * odd and even places). */
+template <int N, int P, int K> static __device__ __forceinline__ void sort_step(int32_t (&key)[N])
+{
+#pragma unroll
+    for (int j = K % P; j <= N - 1 - K; j += 2 * K) {
+#pragma unroll
+        for (int i = 0; i < K; i++) {
+            if (i + j + K < N && (i + j) / (2 * P) == (i + j + K) / (2 * P)) {
+                int32_t low = min(key[i + j], key[i + j + K]);
+                key[i + j + K] = max(key[i + j], key[i + j + K]);
+                key[i + j] = low;
+            }
+        }
+    }
+    if constexpr (K > 1) {
+        sort_step<N, P, K / 2>(key);
+    } else if constexpr (2 * P < N) {
+        sort_step<N, 2 * P, 2 * P>(key);
     }
 }
 
@@ -90,59 +121,122 @@ static __global__ void invert(const int32_t *rank, int64_t n, int32_t *of_rank)
     }
 }
 
-/* Sorts `count` numbers that stand THREADS apart. */
-static __device__ void sort_short(int32_t *key, int count)
-{
-    for (int k = 1; k < count; k++) {
-        int32_t held = key[k * THREADS];
-        int free = k;
-        for (; free > 0 && key[(free - 1) * THREADS] > held; free--) {
-            key[free * THREADS] = key[(free - 1) * THREADS];
-        }
-        key[free * THREADS] = held;
-    }
-}
-
-/* Rows of slices that are no wider than MOST are found, sorted by ranks, and written as indices.
- * Wider ones are written as ranks in any order and filled up with NONE, for sort_wide. */
+/* Rows of slices that are no wider than MOST are found, sorted by ranks, and written as indices. */
 template <int DIMENSION, bool COARSE, int MOST>
 static __global__ void __launch_bounds__(THREADS)
-    fill_rows(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows,
-              const int32_t *of_rank)
+    make_rows(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows,
+              const int32_t *of_rank, int64_t capacity, struct totals *totals)
 {
     __shared__ int32_t found[MOST * THREADS];
-    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE, offset;
     if (slice >= rows.slices) {
         return;
     }
-    int32_t *key = found + threadIdx.x;
-    int32_t *row = rows.index + rows.offset[slice] + i % GBG_CUDA_SLICE;
-    int32_t width = rows.width[slice], count = 0;
-    int32_t self = (int32_t)(i < rows.n ? i : rows.n - 1);
-    bool narrow = width <= MOST;
+    unsigned width, count = 0;
     if (i < rows.n) {
         for_neighbours<DIMENSION, COARSE>(search, i, [&](int32_t j) {
-            int32_t rank = gbg_rank_of(&search.state, j);
-            if (narrow) {
-                key[count * THREADS] = rank;
-            } else {
-                row[(int64_t)count * GBG_CUDA_SLICE] = rank;
+            if (count < MOST) {
+                found[count * THREADS + threadIdx.x] = gbg_rank_of(&search.state, j);
             }
             count++;
         });
     }
-    if (narrow) {
-        sort_short(key, count);
-        __syncwarp();
+    if (!take_part(rows, capacity, MOST, slice, count, totals, &width, &offset)) {
+        return;
     }
-    for (int32_t k = 0; k < width; k++) {
-        int64_t to = (int64_t)k * GBG_CUDA_SLICE;
-        if (k >= count) {
-            row[to] = narrow ? self : NONE;
-        } else if (narrow) {
-            row[to] = of_rank ? of_rank[key[k * THREADS]] : key[k * THREADS];
+    int32_t key[MOST], self = (int32_t)(i < rows.n ? i : rows.n - 1);
+#pragma unroll
+    for (int k = 0; k < MOST; k++) {
+        key[k] = k < (int)count ? found[k * THREADS + threadIdx.x] : NONE;
+    }
+    sort_step<MOST, 1, 1>(key);
+    int32_t *row = rows.index + offset + i % GBG_CUDA_SLICE;
+#pragma unroll
+    for (int k = 0; k < MOST; k++) {
+        if (k < (int)width) {
+            row[k * GBG_CUDA_SLICE] = k >= (int)count ? self : of_rank ? of_rank[key[k]] : key[k];
         }
     }
+}
+
+/* Rows of a list out of those of a longer one that was built at the same positions. */
+template <int DIMENSION, bool COARSE, int MOST>
+static __global__ void __launch_bounds__(THREADS)
+    sift_rows(const __grid_constant__ struct search search, const struct gbg_cuda_rows from,
+              const struct gbg_cuda_rows rows, int64_t capacity, struct totals *totals)
+{
+    __shared__ int32_t found[MOST * THREADS];
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE, offset;
+    if (slice >= rows.slices) {
+        return;
+    }
+    const int32_t *other = from.index + from.offset[slice] + i % GBG_CUDA_SLICE;
+    int32_t n = i < rows.n ? from.width[slice] : 0, self = (int32_t)(i < rows.n ? i : rows.n - 1);
+    unsigned width, count = 0;
+    uint32_t own[DIMENSION];
+    for (int a = 0; a < DIMENSION; a++) {
+        own[a] = search.state.high[a][self];
+    }
+    for (int32_t k = 0; k < n; k++) {
+        int32_t j = other[(int64_t)k * GBG_CUDA_SLICE];
+        vf squared = 0.0f;
+        for (int a = 0; a < DIMENSION; a++) {
+            vi d = (vi)(own[a] - search.state.high[a][j]);
+            squared = gbg_list_add_square(d, search.unit[a], squared);
+        }
+        if (j != self && vf_lt(squared, search.limit) &&
+            (!COARSE || gbg_list_holds(&search.state, i, j, search.squared))) {
+            if (count < MOST) {
+                found[count * THREADS + threadIdx.x] = j;
+            }
+            count++;
+        }
+    }
+    if (take_part(rows, capacity, MOST, slice, count, totals, &width, &offset)) {
+        for (unsigned k = 0; k < width; k++) {
+            rows.index[offset + (int64_t)k * GBG_CUDA_SLICE + i % GBG_CUDA_SLICE] =
+                k < count ? found[k * THREADS + threadIdx.x] : self;
+        }
+    }
+}
+
+/* Rows longer than a thread sorts by itself: ranks in any order, filled up with NONE, for
+ * sort_wide. The widths are known. */
+template <int DIMENSION, bool COARSE>
+static __global__ void __launch_bounds__(THREADS)
+    fill_wide(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows)
+{
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
+    if (slice >= rows.slices) {
+        return;
+    }
+    int32_t *row = rows.index + rows.offset[slice] + i % GBG_CUDA_SLICE;
+    int32_t width = rows.width[slice], count = 0;
+    if (i < rows.n) {
+        for_neighbours<DIMENSION, COARSE>(search, i, [&](int32_t j) {
+            row[(int64_t)count++ * GBG_CUDA_SLICE] = gbg_rank_of(&search.state, j);
+        });
+    }
+    for (; count < width; count++) {
+        row[(int64_t)count * GBG_CUDA_SLICE] = NONE;
+    }
+}
+
+/* Widths only, and with them the parts of the index. */
+template <int DIMENSION, bool COARSE>
+static __global__ void __launch_bounds__(THREADS)
+    count_wide(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows,
+               int64_t capacity, struct totals *totals)
+{
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE, offset;
+    unsigned width, count = 0;
+    if (slice >= rows.slices) {
+        return;
+    }
+    if (i < rows.n) {
+        for_neighbours<DIMENSION, COARSE>(search, i, [&](int32_t) { count++; });
+    }
+    take_part(rows, capacity, INT32_MAX, slice, count, totals, &width, &offset);
 }
 
 /* Puts the smaller number of each lane at the lower place. */
@@ -185,15 +279,12 @@ static __device__ void sort_slice(int32_t *key, int64_t count)
     }
 }
 
-/* A block for each slice of more than `most` neighbours: ranks in any order to sorted indices. */
+/* A block for each slice: ranks in any order to sorted indices. */
 static __global__ void __launch_bounds__(SORTERS)
-    sort_wide(const struct gbg_cuda_rows rows, int32_t most, const int32_t *of_rank)
+    sort_wide(const struct gbg_cuda_rows rows, const int32_t *of_rank)
 {
     __shared__ int32_t near[SHARED * GBG_CUDA_SLICE];
     int64_t slice = blockIdx.x, width = rows.width[slice];
-    if (width <= most) {
-        return;
-    }
     int32_t *row = rows.index + rows.offset[slice];
     int32_t *key = width <= SHARED ? near : row;
     int64_t self = slice * GBG_CUDA_SLICE + threadIdx.x % 32;
@@ -209,78 +300,51 @@ static __global__ void __launch_bounds__(SORTERS)
     }
 }
 
-template <int DIMENSION, bool COARSE>
-static int start_count(struct gbg_device *device, const struct search &search,
-                       const struct gbg_cuda_rows &rows)
+/* Longest rows that kernels are made for; 0: any. */
+static int class_of(unsigned widest)
 {
+    static const int most[] = {16, 32, 48, WIDEST};
+    for (int most_of_class : most) {
+        if (widest <= (unsigned)most_of_class) {
+            return most_of_class;
+        }
+    }
+    return 0;
+}
+
+template <int DIMENSION, bool COARSE>
+static void start_rows(struct gbg_device *device, const struct search &search,
+                       const struct gbg_list *list, const int32_t *of_rank, int most,
+                       struct totals *totals)
+{
+    const struct gbg_cuda_rows &rows = list->rows;
     unsigned blocks = gbg_cuda_blocks(rows.slices * GBG_CUDA_SLICE, THREADS);
-    remember<DIMENSION><<<gbg_cuda_blocks(search.grid.n), GBG_CUDA_THREADS, 0, device->stream>>>(
-        search.state, rows, search.grid.n);
-    int status = gbg_cuda_started(device, "coordinates of the pair list");
+    if (most == 0) {
+        count_wide<DIMENSION, COARSE>
+            <<<blocks, THREADS, 0, device->stream>>>(search, rows, list->index_capacity, totals);
+        return;
+    }
+    (most == 16   ? make_rows<DIMENSION, COARSE, 16>
+     : most == 32 ? make_rows<DIMENSION, COARSE, 32>
+     : most == 48 ? make_rows<DIMENSION, COARSE, 48>
+                  : make_rows<DIMENSION, COARSE, WIDEST>)<<<blocks, THREADS, 0, device->stream>>>(
+        search, rows, of_rank, list->index_capacity, totals);
+}
+
+/* Index of each rank, in the workspace; NULL: the same. */
+static int invert_ranks(struct gbg_device *device, const struct gbg_state *state, int64_t n,
+                        int32_t **of_rank)
+{
+    void *memory = NULL;
+    *of_rank = NULL;
+    if (!state->rank) {
+        return GBG_OK;
+    }
+    int status = gbg_cuda_workspace(device, (size_t)n * sizeof **of_rank, &memory);
     if (status == GBG_OK) {
-        count_rows<DIMENSION, COARSE><<<blocks, THREADS, 0, device->stream>>>(search, rows);
-        status = gbg_cuda_started(device, "counting neighbours");
-    }
-    return status;
-}
-
-template <int DIMENSION, bool COARSE>
-static int start_fill(struct gbg_device *device, const struct search &search,
-                      const struct gbg_cuda_rows &rows, const int32_t *of_rank, int64_t widest)
-{
-    enum { NARROW = 32, WIDER = 64 };
-    unsigned blocks = gbg_cuda_blocks(rows.slices * GBG_CUDA_SLICE, THREADS);
-    if (widest <= NARROW) {
-        fill_rows<DIMENSION, COARSE, NARROW>
-            <<<blocks, THREADS, 0, device->stream>>>(search, rows, of_rank);
-    } else {
-        fill_rows<DIMENSION, COARSE, WIDER>
-            <<<blocks, THREADS, 0, device->stream>>>(search, rows, of_rank);
-    }
-    int status = gbg_cuda_started(device, "filling the pair list");
-    if (status == GBG_OK && widest > WIDER) {
-        sort_wide<<<(unsigned)rows.slices, SORTERS, 0, device->stream>>>(rows, WIDER, of_rank);
-        status = gbg_cuda_started(device, "sorting the pair list");
-    }
-    return status;
-}
-
-/* Offsets from widths; to the host: how long the index is, and how wide the widest slice. */
-static int sum_widths(struct gbg_device *device, const struct gbg_cuda_rows *rows, void *scratch,
-                      size_t scratch_bytes, int64_t sums[2])
-{
-    cudaError_t error = cub::DeviceScan::ExclusiveSum(
-        scratch, scratch_bytes, rows->offset, rows->offset, rows->slices + 1, device->stream);
-    int status = gbg_cuda_status(device, error, "summing the widths of the pair list");
-    return status ? status
-                  : gbg_cuda_fetch(device, sums, rows->offset + rows->slices, 2 * sizeof *sums);
-}
-
-struct work {
-    int32_t *of_rank; /* index of each rank; NULL: the same */
-    void *scratch;
-    size_t scratch_bytes;
-};
-
-static int take_work(struct gbg_device *device, const struct gbg_state *state,
-                     const struct gbg_cuda_rows *rows, struct work *work)
-{
-    void *base = NULL;
-    memset(work, 0, sizeof *work);
-    int status = gbg_cuda_status(device,
-                                 cub::DeviceScan::ExclusiveSum(NULL, work->scratch_bytes,
-                                                               rows->offset, rows->offset,
-                                                               rows->slices + 1, device->stream),
-                                 "asking for a sum's memory");
-    for (int pass = 0; status == GBG_OK && pass < 2; pass++) {
-        size_t used = 0;
-        work->scratch = gbg_cuda_take(base, &used, (int64_t)work->scratch_bytes + 1, 1);
-        work->of_rank = state->rank ? (int32_t *)gbg_cuda_take(base, &used, rows->n, 4) : NULL;
-        status = pass ? status : gbg_cuda_workspace(device, used, &base);
-    }
-    if (status == GBG_OK && work->of_rank) {
-        invert<<<gbg_cuda_blocks(rows->n), GBG_CUDA_THREADS, 0, device->stream>>>(
-            state->rank, rows->n, work->of_rank);
+        *of_rank = (int32_t *)memory;
+        invert<<<gbg_cuda_blocks(n), GBG_CUDA_THREADS, 0, device->stream>>>(state->rank, n,
+                                                                            *of_rank);
         status = gbg_cuda_started(device, "order of ranks");
     }
     return status;
@@ -289,39 +353,83 @@ static int take_work(struct gbg_device *device, const struct gbg_state *state,
 /* By half more than is needed, so that it rarely grows again. */
 static int reserve_index(struct gbg_device *device, struct gbg_list *list, int64_t needed)
 {
-    return needed <= list->index_capacity
-               ? GBG_OK
-               : gbg_cuda_grow(device, (void **)&list->rows.index, &list->index_capacity,
-                               needed + needed / 2 + 4096, sizeof *list->rows.index, "pair list");
+    return gbg_cuda_grow(device, (void **)&list->rows.index, &list->index_capacity,
+                         needed + needed / 2 + 4096, sizeof *list->rows.index, "pair list");
+}
+
+/* The totals of a pass, where they stand on the device. */
+static struct totals *totals_of(const struct gbg_cuda_rows *rows)
+{
+    return (struct totals *)(rows->offset + rows->slices);
+}
+
+/* What a pass found, once it is done; 1 in *again if the index was too short and has grown. */
+static int end_pass(struct gbg_device *device, struct gbg_list *list, struct totals *found,
+                    int *again)
+{
+    int status = gbg_cuda_started(device, "filling the pair list");
+    status = status ? status : gbg_cuda_fetch(device, found, totals_of(&list->rows), sizeof *found);
+    *again = status == GBG_OK && (int64_t)found->entries > list->index_capacity;
+    return *again ? reserve_index(device, list, (int64_t)found->entries) : status;
 }
 
 template <int DIMENSION, bool COARSE>
 static int build_rows(struct gbg_device *device, const struct search &search, struct gbg_list *list)
 {
-    struct work work;
     struct gbg_cuda_rows *rows = &list->rows;
-    int64_t sums[2] = {0, 0};
-    int status = take_work(device, &search.state, rows, &work);
-    /* the end of the offsets and the widest */
-    status = status ? status : gbg_cuda_clear(device, rows->offset + rows->slices, sizeof sums);
-    status = status ? status : start_count<DIMENSION, COARSE>(device, search, *rows);
-    status = status ? status : sum_widths(device, rows, work.scratch, work.scratch_bytes, sums);
-    status = status ? status : reserve_index(device, list, sums[0]);
-    return status ? status
-                  : start_fill<DIMENSION, COARSE>(device, search, *rows, work.of_rank, sums[1]);
+    struct totals found = {};
+    int32_t *of_rank;
+    int most = 0, again = 1;
+    int status = invert_ranks(device, &search.state, rows->n, &of_rank);
+    while (status == GBG_OK && again) {
+        most = class_of(list->widest);
+        status = gbg_cuda_clear(device, totals_of(rows), sizeof found);
+        if (status == GBG_OK) {
+            start_rows<DIMENSION, COARSE>(device, search, list, of_rank, most, totals_of(rows));
+            status = end_pass(device, list, &found, &again);
+            list->widest = found.widest;
+            again |= most > 0 && found.widest > (unsigned)most;
+        }
+    }
+    if (status == GBG_OK && most == 0) {
+        unsigned blocks = gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS);
+        fill_wide<DIMENSION, COARSE><<<blocks, THREADS, 0, device->stream>>>(search, *rows);
+        sort_wide<<<(unsigned)rows->slices, SORTERS, 0, device->stream>>>(*rows, of_rank);
+        status = gbg_cuda_started(device, "sorting the pair list");
+    }
+    return status;
+}
+
+static int note_places(struct gbg_device *device, const struct gbg_state *state,
+                       const struct gbg_cuda_rows *rows)
+{
+    int64_t total = state->owned + state->ghost;
+    (state->box.dimension == 2
+         ? remember<2>
+         : remember<3>)<<<gbg_cuda_blocks(total), GBG_CUDA_THREADS, 0, device->stream>>>(
+        *state, *rows, total);
+    return gbg_cuda_started(device, "coordinates of the pair list");
+}
+
+/* Marks a list as built at the present positions. */
+static void finish(struct gbg_device *device, const struct gbg_state *state, struct gbg_list *list)
+{
+    list->builds++;
+    list->epoch = state->epoch;
+    list->moment = ++device->moments;
 }
 
 int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list)
 {
     struct search search = {*state, {}, {}, 0.0f, list->radius * list->radius, 0};
-    int status;
     list->epoch = state->epoch - 1; /* a build that fails is done again */
     if (list->rows.n > 0) {
-        status = gbg_cuda_grid_build(device, &list->grid, &state->box, list->radius,
-                                     state->owned + state->ghost, state->high);
+        int status = gbg_cuda_grid_build(device, &list->grid, &state->box, list->radius,
+                                         state->owned + state->ghost, state->high);
         search.grid = list->grid;
         search.coarse =
             gbg_list_choose_search(&state->box, list->radius, search.unit, &search.limit);
+        status = status ? status : note_places(device, state, &list->rows);
         if (status != GBG_OK) {
             return status;
         }
@@ -336,7 +444,57 @@ int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, stru
             return status;
         }
     }
-    list->builds++;
-    list->epoch = state->epoch;
+    finish(device, state, list);
     return GBG_OK;
+}
+
+/* Rows that a thread of sift_rows can hold. */
+enum { SIFTED = 32 };
+
+/* *fits 0: some row is longer than that. */
+static int sift(struct gbg_device *device, const struct gbg_state *state,
+                const struct gbg_list *from, struct gbg_list *list, int *fits)
+{
+    struct search search = {*state, {}, {}, 0.0f, list->radius * list->radius, 0};
+    struct gbg_cuda_rows *rows = &list->rows;
+    struct totals found = {};
+    bool flat = state->box.dimension == 2;
+    int again = 1;
+    search.coarse = gbg_list_choose_search(&state->box, list->radius, search.unit, &search.limit);
+    auto *sifting = flat ? search.coarse ? sift_rows<2, true, SIFTED> : sift_rows<2, false, SIFTED>
+                    : search.coarse ? sift_rows<3, true, SIFTED>
+                                    : sift_rows<3, false, SIFTED>;
+    int status = note_places(device, state, rows);
+    while (status == GBG_OK && again) {
+        status = gbg_cuda_clear(device, totals_of(rows), sizeof found);
+        if (status == GBG_OK) {
+            sifting<<<gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS), THREADS, 0,
+                      device->stream>>>(search, from->rows, *rows, list->index_capacity,
+                                        totals_of(rows));
+            status = end_pass(device, list, &found, &again);
+        }
+    }
+    *fits = found.widest <= SIFTED;
+    return status;
+}
+
+int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,
+                         struct gbg_list *contacts)
+{
+    int fits = 0, status = pairs ? gbg_cuda_list_build(device, state, pairs) : GBG_OK;
+    if (status == GBG_OK && pairs && contacts && contacts->radius <= pairs->radius &&
+        contacts->rows.n > 0) {
+        contacts->epoch = state->epoch - 1;
+        status = sift(device, state, pairs, contacts, &fits);
+        if (fits) {
+            finish(device, state, contacts);
+        }
+    }
+    if (status == GBG_OK && contacts && !fits) {
+        status = gbg_cuda_list_build(device, state, contacts);
+    }
+    if (status == GBG_OK && pairs && contacts) {
+        contacts->moment = pairs->moment;
+    }
+    return status;
 }

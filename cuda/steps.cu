@@ -1,204 +1,146 @@
-/* L1, CUDA: many steps without the host: a batch is recorded once as a graph of kernels. Whatever
- * needs more (a new list, a second correction, a bad move) stops the batch with the state of before
- * the step, and the engine makes that step kernel by kernel: so a batch changes no bit. */
+/* L1, CUDA: many steps without the host. What a batch cannot do itself (a second correction, a bad
+ * move, a move longer than the skin of the lists) stops it with the state of before the step, and
+ * the engine makes that step kernel by kernel: so a batch changes no bit. */
+#include "cuda/steps.h"
+
 #include "cuda/kernels.h"
-#include "cuda/steps_kernels.h"
+
+/* Particles up to which all steps are one kernel; steps that are started one by one; lists built
+ * before the engine may look whether the order in memory is still good. */
+enum { TOGETHER = 1 << 16, SINGLES = 32, BUILDS = 8 };
 
 struct gbg_cuda_steps {
     struct gbg_cuda_control *control;
     struct gbg_cuda_control result; /* on the host */
-    struct work work;               /* of the recorded batch */
-    struct gbg_batch batch;         /* the same: forces */
-    cudaGraphExec_t graph;
-    int recorded;
-    int64_t capacity; /* particles that the arrays of rounds are for */
-    void *memory;
+    int64_t place_capacity;         /* in words */
+    void *places;
 };
 
-static unsigned few_blocks(const struct gbg_device *device, int64_t n)
+/* Where a call has got to. */
+struct progress {
+    int law, turn, renew, builds;
+    double pace; /* displacement a step, to foresee when lists are to be built; 0: not known */
+};
+
+static int choose_law(const struct gbg_batch *batch)
 {
-    int64_t blocks = (n + THREADS - 1) / THREADS, most = 8 * (int64_t)device->multiprocessors;
-    return (unsigned)(blocks < 1 ? 1 : blocks < most ? blocks : most);
+    if (batch->n_forces == 0) {
+        return GBG_CUDA_FREE;
+    }
+    double power = batch->power[0];
+    return batch->n_forces > 1 || batch->use_double || (power != 2.0 && power != 6.0)
+               ? GBG_CUDA_STORED
+           : power == 2.0 ? GBG_CUDA_POWER_2
+                          : GBG_CUDA_POWER_6;
 }
 
-/* Blocks of a kernel whose blocks wait for each other: all must be at work at once. */
-static int cooperative_blocks(struct gbg_device *device, const void *kernel, int64_t n,
-                              unsigned *blocks)
+static int has_places(int law)
 {
-    int each = 0;
-    int status = gbg_cuda_status(
-        device, cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, 0),
-        "asking for room for contact rounds");
-    int64_t most = (int64_t)each * device->multiprocessors, wanted = (n + THREADS - 1) / THREADS;
-    *blocks = (unsigned)(wanted < 1 ? 1 : wanted < most ? wanted : most);
-    return status;
+    return law == GBG_CUDA_POWER_2 || law == GBG_CUDA_POWER_6;
 }
 
-template <int dimension>
-static int start_part(struct gbg_device *device, struct work *work, int step)
+static int64_t place_words(const struct gbg_state *state)
 {
-    const void *kernel = (const void *)part<dimension>;
-    unsigned blocks;
-    void *arguments[] = {work, &step};
-    int status = cooperative_blocks(device, kernel, work->contacts.n, &blocks);
-    return status ? status
-                  : gbg_cuda_status(device,
-                                    cudaLaunchCooperativeKernel(kernel, dim3(blocks), dim3(THREADS),
-                                                                arguments, 0, device->stream),
-                                    "contact rounds");
+    return state->box.dimension == 2 && !state->source ? 2 : 4;
 }
 
-static int start_forces(struct gbg_device *device, struct gbg_state *state,
-                        const struct gbg_batch *batch)
+static double slack_of(const struct gbg_list *list)
 {
-    int status = GBG_OK;
-    for (int f = 0; f < batch->n_forces && status == GBG_OK; f++) {
-        status = (batch->use_double ? gbg_cuda_cutoff_double : gbg_cuda_cutoff_mixed)(
-            device, state, batch->pairs, batch->power[f], batch->cutoff[f], f > 0);
-    }
-    return status;
+    return 0.5 * (list->radius - list->reach) * 0.999;
 }
 
-template <int dimension>
-static int start_step(struct gbg_device *device, struct gbg_cuda_steps *steps, int step)
+static void describe_force(const struct gbg_state *state, const struct gbg_batch *batch, int law,
+                           void *places, struct gbg_cuda_work *work)
 {
-    struct work *work = &steps->work;
-    unsigned blocks = few_blocks(device, work->state.owned);
-    cudaStream_t stream = device->stream;
-    begin_step<dimension><<<blocks, THREADS, 0, stream>>>(*work, step);
-    int status = start_forces(device, &work->state, &steps->batch);
-    if (status != GBG_OK || work->contacts.n == 0) {
-        move<dimension, false><<<blocks, THREADS, 0, stream>>>(*work, step);
-        return status ? status : gbg_cuda_started(device, "a step");
+    work->pairs = batch->pairs->rows;
+    work->slack = fmin(work->slack, slack_of(batch->pairs));
+    if (has_places(law)) {
+        work->unit =
+            gbg_cutoff_unit_make(state->box.dimension, batch->pairs->unit, batch->cutoff[0]);
+        work->factor = pow(work->unit.unit, -batch->power[0]);
+        work->place[0] = places;
+        work->place[1] = (uint32_t *)places + place_words(state) * state->owned;
     }
-    move<dimension, true><<<blocks, THREADS, 0, stream>>>(*work, step);
-    status = start_part<dimension>(device, work, step);
-    certify<dimension><<<blocks, THREADS, 0, stream>>>(*work, step);
-    take_back<dimension><<<blocks, THREADS, 0, stream>>>(*work, step);
-    return status ? status : gbg_cuda_started(device, "a step with hard cores");
 }
 
-/* Records the kernels of a batch of steps as a graph. */
-static int record(struct gbg_device *device, struct gbg_cuda_steps *steps)
+static float squared_limit(double contact, double error)
 {
-    cudaGraph_t graph = NULL;
-    if (steps->graph) {
-        cudaGraphExecDestroy(steps->graph);
-        steps->graph = NULL;
-    }
-    int status = gbg_cuda_status(
-        device, cudaStreamBeginCapture(device->stream, cudaStreamCaptureModeThreadLocal),
-        "recording steps");
-    if (status != GBG_OK) {
-        return status;
-    }
-    device->halt = &steps->control->halt;
-    for (int k = 0; k < GBG_CUDA_BATCH && status == GBG_OK; k++) {
-        status = steps->work.state.box.dimension == 2 ? start_step<2>(device, steps, k)
-                                                      : start_step<3>(device, steps, k);
-    }
-    device->halt = NULL;
-    cudaError_t ended = cudaStreamEndCapture(device->stream, &graph);
-    status = status ? status : gbg_cuda_status(device, ended, "recording steps");
-    if (status == GBG_OK) {
-        status = gbg_cuda_status(device, cudaGraphInstantiate(&steps->graph, graph, 0),
-                                 "making a graph of steps");
-    }
-    if (graph) {
-        cudaGraphDestroy(graph);
-    }
-    return status;
+    return (float)((contact + error) * (contact + error) * (1.0 + 1e-5));
 }
 
-/* What the kernels need; everything that is not set is zero, so that two may be compared as bytes.
- */
+static void describe_cores(const struct gbg_state *state, const struct gbg_batch *batch,
+                           struct gbg_cuda_work *work)
+{
+    const struct gbg_list *list = batch->contacts;
+    struct gbg_push_rule rule = gbg_push_rule_make(state, &batch->rule);
+    struct gbg_cuda_sieve sieve = {{}, {}, squared_limit(rule.largest, work->error)};
+    for (int a = 0; a < state->box.dimension; a++) {
+        sieve.coordinate[a] = state->high[a];
+        sieve.scale[a] = work->unit_high[a];
+    }
+    work->contacts = list->rows;
+    work->slack = fmin(work->slack, slack_of(list));
+    work->certificate_slack = 0.5 * (list->radius - list->reach);
+    work->rounds = gbg_cuda_rounds_make(list, &rule, &sieve);
+    work->max_rounds = batch->rule.max_rounds;
+    gbg_exact_make(state, batch->certified, &work->exact);
+    work->close = squared_limit(work->exact.largest, work->error);
+}
+
 static void describe(const struct gbg_cuda_steps *steps, const struct gbg_state *state,
-                     const struct gbg_batch *batch, struct work *work)
+                     const struct gbg_batch *batch, int law, struct gbg_cuda_work *work)
 {
     memset(work, 0, sizeof *work);
     work->state = *state;
     work->control = steps->control;
-    work->euler.noise = *batch->noise;
-    work->euler.dt = batch->dt;
-    work->euler.sign = 1;
-    if (batch->pairs) {
-        work->pairs = batch->pairs->rows;
-        work->slack[PAIRS] = 0.5 * (batch->pairs->radius - batch->pairs->reach) * 0.999;
-    }
-    if (!batch->contacts) {
-        return;
-    }
-    const struct gbg_list *list = batch->contacts;
-    struct gbg_push_rule rule = gbg_push_rule_make(state, &batch->rule);
-    work->contacts = list->rows;
-    work->slack[CONTACTS] = 0.5 * (list->radius - list->reach) * 0.999;
-    work->certificate_slack = 0.5 * (list->radius - list->reach);
-    for (int s = 0; s < state->n_species; s++) {
-        for (int t = 0; t < state->n_species; t++) {
-            work->rule.contact[s][t] = rule.contact[s][t];
-        }
-    }
-    work->rule.least = rule.least;
-    work->rule.largest = rule.largest;
-    work->rule.cap = rule.cap;
-    work->rule.virial_unit = rule.virial_unit;
-    work->rule.parting = rule.parting;
-    work->limit = gbg_push_limit(&rule);
-    work->max_rounds = batch->rule.max_rounds;
-    gbg_exact_make(state, batch->certified, &work->exact);
+    work->euler = gbg_cuda_euler_make(&state->box, batch->noise, batch->dt, 1);
+    work->slack = INFINITY;
     for (int a = 0; a < state->box.dimension; a++) {
+        work->unit_high[a] = (float)(state->box.length[a] * 0x1p-32);
         work->error += state->box.length[a] * 0x1p-31;
     }
-    char *memory = (char *)steps->memory;
-    size_t n = (size_t)steps->capacity;
-    work->mark = (unsigned int *)memory;
-    work->candidate[0] = (int32_t *)(memory + 4 * n);
-    work->candidate[1] = (int32_t *)(memory + 8 * n);
-    work->mover = (int32_t *)(memory + 12 * n);
-    for (int a = 0; a < state->box.dimension; a++) {
-        work->push[a] = (int64_t *)(memory + 16 * n) + (size_t)a * n;
+    if (batch->pairs) {
+        describe_force(state, batch, law, steps->places, work);
+    }
+    if (batch->contacts) {
+        describe_cores(state, batch, work);
     }
 }
 
-static int same_forces(const struct gbg_batch *p, const struct gbg_batch *q)
+static int reserve_control(struct gbg_device *device)
 {
-    int same = p->n_forces == q->n_forces && p->use_double == q->use_double;
-    for (int f = 0; same && f < p->n_forces; f++) {
-        same = p->power[f] == q->power[f] && p->cutoff[f] == q->cutoff[f];
+    void *made;
+    int status = GBG_OK;
+    if (!device->steps) {
+        status =
+            gbg_allocate_zero(device->context, &made, 1, sizeof *device->steps, "batches of steps");
+        device->steps = status ? NULL : (struct gbg_cuda_steps *)made;
     }
-    return same && p->pairs == q->pairs && p->contacts == q->contacts;
+    struct gbg_cuda_steps *steps = device->steps;
+    if (status == GBG_OK && !steps->control) {
+        status = gbg_cuda_allocate(device, &made, 1, sizeof *steps->control, "batches of steps");
+        if (status == GBG_OK) {
+            steps->control = (struct gbg_cuda_control *)made;
+            status = gbg_cuda_clear(device, made, sizeof *steps->control);
+        }
+    }
+    return status;
 }
 
 static int reserve(struct gbg_device *device, const struct gbg_state *state,
-                   const struct gbg_batch *batch)
+                   const struct gbg_batch *batch, int law)
 {
+    int status = reserve_control(device);
     struct gbg_cuda_steps *steps = device->steps;
-    int status = GBG_OK;
-    if (!steps) {
-        void *made;
-        status = gbg_allocate_zero(device->context, &made, 1, sizeof *steps, "batches of steps");
-        steps = device->steps = status ? NULL : (struct gbg_cuda_steps *)made;
+    if (status == GBG_OK && has_places(law)) {
+        int64_t words = place_words(state) * state->owned * (batch->contacts ? 1 : 2);
+        status = words <= steps->place_capacity
+                     ? GBG_OK
+                     : gbg_cuda_grow(device, &steps->places, &steps->place_capacity, words, 4,
+                                     "places of batches");
     }
-    if (status == GBG_OK && !steps->control) {
-        void *control;
-        status = gbg_cuda_allocate(device, &control, 1, sizeof *steps->control, "batches of steps");
-        if (status == GBG_OK) {
-            steps->control = (struct gbg_cuda_control *)control;
-            status = gbg_cuda_clear(device, control, sizeof *steps->control);
-        }
-    }
-    int64_t n = batch->contacts ? (state->owned + 63) / 64 * 64 : 0;
-    if (status == GBG_OK && (n > steps->capacity || steps->result.mark > 0x80000000u)) {
-        size_t each = 16 + 8 * (size_t)state->box.dimension;
-        status = gbg_cuda_grow(device, &steps->memory, &steps->capacity, n, each,
-                               "contact rounds of batches");
-        if (status == GBG_OK) { /* no marks */
-            status = gbg_cuda_clear(device, steps->memory, 4 * (size_t)steps->capacity);
-        }
-        if (status == GBG_OK) {
-            status = gbg_cuda_clear(device, &steps->control->mark, sizeof steps->control->mark);
-        }
-        steps->recorded = 0;
+    if (status == GBG_OK && batch->contacts) {
+        status = gbg_cuda_contacts_reserve(device, batch->contacts);
     }
     return status;
 }
@@ -207,18 +149,14 @@ void gbg_cuda_steps_release(struct gbg_device *device)
 {
     struct gbg_cuda_steps *steps = device->steps;
     if (steps) {
-        if (steps->graph) {
-            cudaGraphExecDestroy(steps->graph);
-        }
         gbg_cuda_release(device, steps->control, 1, sizeof *steps->control);
-        gbg_cuda_release(device, steps->memory, 0, 1);
-        cudaGetLastError();
+        gbg_cuda_release(device, steps->places, 0, 1);
         gbg_release(steps);
         device->steps = NULL;
     }
 }
 
-/* Adds what the steps of one start of the graph did. */
+/* Adds what the steps of one start did. */
 static void take(const struct gbg_cuda_control *control, double virial_unit,
                  struct gbg_batch *batch)
 {
@@ -234,45 +172,128 @@ static void take(const struct gbg_cuda_control *control, double virial_unit,
         batch->moved = fmax(batch->moves.total, gbg_cuda_root(slot->farthest));
     }
     batch->done += control->done;
-    batch->spoiled = control->spoiled;
+}
+
+/* Both lists as they would be built here and now; or the batch's only one. */
+static int lists_are_good(const struct gbg_state *state, const struct gbg_batch *batch)
+{
+    const struct gbg_list *p = batch->pairs, *q = batch->contacts;
+    return (!p || (p->builds > 0 && p->epoch == state->epoch)) &&
+           (!q || (q->builds > 0 && q->epoch == state->epoch)) &&
+           (!p || !q || p->moment == q->moment);
+}
+
+static int start_forces(struct gbg_device *device, struct gbg_state *state,
+                        const struct gbg_batch *batch)
+{
+    int status = GBG_OK;
+    for (int f = 0; f < batch->n_forces && status == GBG_OK; f++) {
+        status = (batch->use_double ? gbg_cuda_cutoff_double : gbg_cuda_cutoff_mixed)(
+            device, state, batch->pairs, batch->power[f], batch->cutoff[f], f > 0);
+    }
+    return status;
+}
+
+static int start_singles(struct gbg_device *device, struct gbg_state *state,
+                         const struct gbg_batch *batch, const struct gbg_cuda_work *work, int law,
+                         int steps)
+{
+    int status = GBG_OK;
+    device->halt = &work->control->halt;
+    for (int k = 0; k < steps && status == GBG_OK; k++) {
+        if (law == GBG_CUDA_STORED) {
+            status = gbg_cuda_steps_follow(device, work);
+            status = status ? status : start_forces(device, state, batch);
+        }
+        status = status ? status : gbg_cuda_steps_single(device, work, law, k);
+    }
+    device->halt = NULL;
+    return status;
+}
+
+/* Steps to be started: together any number will do; kernels of steps behind one that stops the
+ * batch are started in vain. */
+static int choose_limit(const struct progress *at, const struct gbg_cuda_steps *steps,
+                        const struct gbg_cuda_work *work, int64_t left, int together)
+{
+    int64_t most = together ? (int)GBG_CUDA_BATCH : (int)SINGLES;
+    if (!together && at->pace > 0.0 && work->slack < INFINITY) {
+        double room = work->slack - (at->builds > 0 && at->renew ? 0.0 : steps->result.displaced);
+        double foreseen = room / at->pace;
+        most = foreseen < 4.0 ? 4 : foreseen < (double)most ? (int64_t)foreseen : most;
+    }
+    return (int)(left < most ? left : most);
+}
+
+/* Starts up to a batch of steps and waits for them. */
+static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_batch *batch,
+                 struct progress *at, int *limit)
+{
+    struct gbg_cuda_steps *steps = device->steps;
+    struct gbg_cuda_control *result = &steps->result;
+    struct gbg_cuda_work work;
+    describe(steps, state, batch, at->law, &work);
+    int together = state->owned <= TOGETHER && at->law != GBG_CUDA_STORED;
+    double before = at->renew ? 0.0 : result->displaced;
+    *limit = choose_limit(at, steps, &work, batch->steps - batch->done, together);
+    int status =
+        gbg_cuda_steps_begin(device, &work, *limit, at->turn, batch->first + (uint64_t)batch->done,
+                             at->renew && (batch->pairs || batch->contacts));
+    if (status == GBG_OK) {
+        status = together ? gbg_cuda_steps_together(device, &work, at->law)
+                          : start_singles(device, state, batch, &work, at->law, *limit);
+    }
+    status = status ? status
+                    : gbg_cuda_fetch(device, result, steps->control,
+                                     offsetof(struct gbg_cuda_control, slot) +
+                                         (size_t)*limit * sizeof *result->slot);
+    if (status != GBG_OK) {
+        return status;
+    }
+    take(result, work.rounds.rule.virial_unit, batch);
+    at->turn = batch->contacts ? 0 : (at->turn + result->done) & 1;
+    at->pace = result->done > 0 ? (result->displaced - before) / result->done : 0.0;
+    at->renew = 0;
+    if (result->undo) {
+        status = gbg_cuda_steps_take_back(device, &work);
+    }
+    if (status == GBG_OK && result->spoiled) { /* the engine takes the move back */
+        batch->spoiled = 1;
+        if (has_places(at->law)) {
+            status = gbg_cuda_steps_unpack(device, &work, at->turn);
+            status = status ? status : start_forces(device, state, batch);
+        }
+    }
+    return status;
 }
 
 int gbg_cuda_steps(struct gbg_device *device, struct gbg_state *state, struct gbg_batch *batch)
 {
-    struct work described;
-    batch->done = batch->spoiled = 0;
-    int unlisted = (batch->pairs && batch->pairs->epoch != state->epoch) ||
-                   (batch->contacts && batch->contacts->epoch != state->epoch);
-    if (state->owned == 0 || unlisted) {
-        return GBG_OK; /* lists are first to be built */
-    }
-    int status = reserve(device, state, batch);
-    if (status != GBG_OK) {
-        return status;
-    }
-    struct gbg_cuda_steps *steps = device->steps;
-    describe(steps, state, batch, &described);
-    if (!steps->recorded || memcmp(&described, &steps->work, sizeof described) != 0 ||
-        !same_forces(batch, &steps->batch)) {
-        steps->work = described;
-        steps->batch = *batch;
-        status = record(device, steps);
-        steps->recorded = status == GBG_OK;
-    }
-    while (status == GBG_OK && batch->done < batch->steps) {
-        int64_t left = batch->steps - batch->done;
-        int limit = left < GBG_CUDA_BATCH ? (int)left : GBG_CUDA_BATCH;
-        start<<<1, THREADS, 0, device->stream>>>(
-            steps->control, limit, batch->first + (uint64_t)batch->done, batch->moved);
-        status = gbg_cuda_status(device, cudaGraphLaunch(steps->graph, device->stream), "steps");
-        if (status == GBG_OK) {
-            status = gbg_cuda_fetch(device, &steps->result, steps->control, sizeof steps->result);
-        }
-        if (status == GBG_OK) {
-            take(&steps->result, steps->work.rule.virial_unit, batch);
-            if (steps->result.done < limit) {
+    struct progress at = {choose_law(batch), 0, 1, 0, 0.0};
+    batch->done = batch->spoiled = batch->more = 0;
+    int status = state->owned > 0 ? reserve(device, state, batch, at.law) : GBG_OK;
+    int build = !lists_are_good(state, batch), limit = 0;
+    while (status == GBG_OK && state->owned > 0 && batch->done < batch->steps) {
+        int64_t done = batch->done;
+        if (build) {
+            if (at.builds == BUILDS) {
+                batch->more = 1;
                 break;
             }
+            status = gbg_cuda_lists_build(device, state, batch->pairs, batch->contacts);
+            at.builds++;
+            at.turn = 0;
+            at.renew = 1;
+        }
+        status = status ? status : go_on(device, state, batch, &at, &limit);
+        if (status == GBG_OK && batch->done - done < limit) {
+            /* not if that was a step from new lists: it moves somebody by more than the skin */
+            if (!device->steps->result.stale || (build && batch->done == done)) {
+                break;
+            }
+            build = 1;
+        } else {
+            build = 0;
         }
     }
     return status;

@@ -36,9 +36,9 @@ static struct gbg_batch make_batch(const struct gbg_engine *engine, int64_t step
     return batch;
 }
 
-int gbg_engine_batch(struct gbg_engine *engine, int64_t steps, int64_t *made)
+int gbg_engine_batch(struct gbg_engine *engine, int64_t steps, int64_t *made, int *more)
 {
-    *made = 0;
+    *made = *more = 0;
     if (!has_batches(engine)) {
         return GBG_OK;
     }
@@ -62,5 +62,6 @@ int gbg_engine_batch(struct gbg_engine *engine, int64_t steps, int64_t *made)
         engine->forces_current = 0;
     }
     *made = batch.done;
+    *more = batch.more;
     return status;
 }

@@ -77,9 +77,9 @@ int gbg_engine_prepare(struct gbg_engine *engine);
 
 /* Advances; a refused step leaves the state of the last good one. */
 int gbg_engine_advance(struct gbg_engine *engine, int64_t steps);
-/* As many of these steps as the backend makes at once (batch.c); 0: the next is to be made kernel
- * by kernel. */
-int gbg_engine_batch(struct gbg_engine *engine, int64_t steps, int64_t *made);
+/* As many of these steps as the backend makes at once (batch.c); *more 0: the next is to be made
+ * kernel by kernel. */
+int gbg_engine_batch(struct gbg_engine *engine, int64_t steps, int64_t *made, int *more);
 /* Forces at the present positions into state.force (made if the scene has none: zeros). */
 int gbg_engine_evaluate_forces(struct gbg_engine *engine);
 /* Error of the present forces on a sample of particles. */

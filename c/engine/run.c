@@ -56,9 +56,10 @@ int gbg_engine_advance(struct gbg_engine *engine, int64_t steps)
     int status = GBG_OK;
     for (int64_t k = 0; k < steps && status == GBG_OK;) {
         int64_t made = 0;
-        status = gbg_engine_batch(engine, steps - k, &made);
+        int more = 0;
+        status = gbg_engine_batch(engine, steps - k, &made, &more);
         k += made;
-        if (status == GBG_OK && k < steps) {
+        if (status == GBG_OK && k < steps && !more) {
             status = make_step(engine);
             k++;
         }

@@ -127,16 +127,24 @@ static int64_t same_rows(struct lists *lists)
 {
     struct gbg_engine *gpu = lists->both.engine[1];
     const struct gbg_cuda_rows *q = gbg_cuda_list_rows(lists->list[1]);
-    int64_t *offset = both_copy(gpu, q->offset, (size_t)(q->slices + 1) * 8), longest = 0;
+    int64_t *offset = both_copy(gpu, q->offset, (size_t)q->slices * 8), longest = 0, entries = 0;
     int32_t *width = both_copy(gpu, q->width, (size_t)q->slices * 4);
-    int32_t *index = both_copy(gpu, q->index, (size_t)offset[q->slices] * 4);
-    assert_int_equal(offset[0], 0);
     for (int64_t s = 0; s < q->slices; s++) {
-        assert_int_equal(offset[s + 1] - offset[s], (int64_t)width[s] * GBG_CUDA_SLICE);
+        entries += (int64_t)width[s] * GBG_CUDA_SLICE;
+    }
+    int32_t *index = both_copy(gpu, q->index, (size_t)entries * 4);
+    char *taken = calloc((size_t)entries / GBG_CUDA_SLICE + 1, 1);
+    for (int64_t s = 0; s < q->slices; s++) { /* parts may stand in any order, but side by side */
+        assert_true(offset[s] >= 0 && offset[s] + (int64_t)width[s] * GBG_CUDA_SLICE <= entries);
+        assert_int_equal(offset[s] % GBG_CUDA_SLICE, 0);
+        for (int32_t k = 0; k < width[s]; k++) {
+            assert_int_equal(taken[offset[s] / GBG_CUDA_SLICE + k]++, 0);
+        }
         int64_t here = same_slice(lists->list[0], s, width[s], index + offset[s]);
         assert_int_equal(here, width[s]);
         longest = here > longest ? here : longest;
     }
+    free(taken);
     free(offset);
     free(width);
     free(index);

@@ -1,0 +1,302 @@
+/* L1, CUDA: the kernels of a batch of steps. A small system goes through all steps in one kernel,
+ * whose blocks wait for each other; a large one, where waiting is cheap beside the work, has
+ * kernels for the parts of a step. */
+#include "cuda/kernels.h"
+#include "cuda/steps_phases.h"
+
+enum { THREADS = 256 };
+
+static __global__ void start(control_t *control, int limit, int turn, uint64_t first)
+{
+    char *bytes = (char *)control->slot;
+    for (unsigned int k = threadIdx.x; k < (unsigned)limit * sizeof(slot_t); k += blockDim.x) {
+        bytes[k] = 0;
+    }
+    __syncthreads();
+    for (int k = (int)threadIdx.x; k < limit; k += (int)blockDim.x) {
+        control->slot[k].moves.bad = GBG_CUDA_NONE;
+    }
+    if (threadIdx.x == 0) {
+        control->halt = control->stale = control->done = control->undo = control->spoiled = 0;
+        control->limit = limit;
+        control->turn = turn;
+        control->first = first;
+        control->ticket = 0;
+        control->found = 0;
+    }
+}
+
+/* Calls decide() in one thread when all blocks of the kernel have come here. */
+template <typename Decide>
+static __device__ __forceinline__ void when_all_done(control_t *control, Decide decide)
+{
+    __threadfence();
+    __syncthreads();
+    if (threadIdx.x == 0 && atomicAdd(&control->ticket, 1u) == gridDim.x - 1) {
+        __threadfence();
+        control->ticket = 0;
+        decide();
+    }
+}
+
+/* The same, and everybody waits for the decision. *generation: how often the kernel's blocks have
+ * met, in its first thread. */
+template <typename Decide>
+static __device__ __forceinline__ void meet(control_t *control, unsigned int *generation,
+                                            Decide decide)
+{
+    __syncthreads();
+    if (threadIdx.x == 0) {
+        volatile unsigned int *common = &control->generation;
+        __threadfence();
+        if (gridDim.x == 1 || atomicAdd(&control->arrived, 1u) == gridDim.x - 1) {
+            __threadfence();
+            control->arrived = 0;
+            decide();
+            __threadfence();
+            *common = *generation + 1;
+        } else {
+            while (*common == *generation) {
+            }
+        }
+        __threadfence();
+        *generation += 1;
+    }
+    __syncthreads();
+}
+
+static __device__ __forceinline__ bool halted(const control_t *control)
+{
+    return __ldcg(&control->halt) != 0;
+}
+
+template <int dimension>
+static __device__ void part(const work_t &work, int step, unsigned int *generation)
+{
+    control_t *control = work.control;
+    for (int64_t round = 0;; round++) {
+        find<dimension>(work, step, round == 0);
+        meet(control, generation, [&] { decide_found(work, step, round); });
+        if (__ldcg(&control->parted)) {
+            return;
+        }
+        apply<dimension>(work, step);
+        meet(control, generation, [&] { decide_applied(work, step); });
+        if (__ldcg(&control->parted)) {
+            return;
+        }
+    }
+}
+
+template <int dimension, int law, bool cores>
+static __global__ void __launch_bounds__(THREADS) together(const __grid_constant__ work_t work)
+{
+    control_t *control = work.control;
+    unsigned int met = __ldcg(&control->generation), *generation = &met;
+    int limit = control->limit;
+    for (int step = 0; step < limit && !halted(control); step++) {
+        advance<dimension, law, cores>(work, step);
+        meet(control, generation, [&] { decide_advanced<cores>(work, step); });
+        if (cores && !halted(control)) {
+            part<dimension>(work, step, generation);
+        }
+        if (cores && !halted(control)) {
+            certify<dimension>(work, step);
+            meet(control, generation, [&] { decide_certified(work, step); });
+        }
+    }
+}
+
+template <int dimension, int law, bool cores>
+static __global__ void __launch_bounds__(THREADS)
+    advance_alone(const __grid_constant__ work_t work, int step)
+{
+    if (!halted(work.control)) {
+        advance<dimension, law, cores>(work, step);
+        when_all_done(work.control, [&] { decide_advanced<cores>(work, step); });
+    }
+}
+
+template <int dimension>
+static __global__ void __launch_bounds__(THREADS)
+    part_alone(const __grid_constant__ work_t work, int step)
+{
+    if (!halted(work.control)) {
+        unsigned int met = __ldcg(&work.control->generation);
+        part<dimension>(work, step, &met);
+    }
+}
+
+template <int dimension>
+static __global__ void __launch_bounds__(THREADS)
+    certify_alone(const __grid_constant__ work_t work, int step)
+{
+    if (!halted(work.control)) {
+        certify<dimension>(work, step);
+        when_all_done(work.control, [&] { decide_certified(work, step); });
+    }
+}
+
+template <int dimension>
+static __global__ void __launch_bounds__(THREADS) begin_alone(const __grid_constant__ work_t work)
+{
+    begin<dimension>(work);
+    when_all_done(work.control, [&] { decide_begun(work); });
+}
+
+/* Local coordinates of the list of forces. */
+template <int dimension>
+static __global__ void __launch_bounds__(THREADS) follow(const __grid_constant__ work_t work)
+{
+    const struct gbg_state &state = work.state;
+    if (halted(work.control)) {
+        return;
+    }
+    for (int64_t i = gbg_cuda_index(); i < work.pairs.n; i += threads_in_all()) {
+        for (int a = 0; a < dimension; a++) {
+            work.pairs.local[a][i] =
+                gbg_cuda_local(state.high[a][i], state.low[a][i], work.pairs.shift[a]);
+        }
+    }
+}
+
+template <int dimension, bool sources>
+static __global__ void __launch_bounds__(THREADS)
+    unpack(const __grid_constant__ work_t work, int turn)
+{
+    typedef typename gbg_cuda_place<dimension, sources>::type place;
+    for (int64_t i = gbg_cuda_index(); i < work.pairs.n; i += threads_in_all()) {
+        place own = ((const place *)work.place[turn])[i];
+        for (int a = 0; a < dimension; a++) {
+            work.pairs.local[a][i] = gbg_cuda_on_axis(own, a);
+        }
+    }
+}
+
+template <int dimension>
+static __global__ void __launch_bounds__(THREADS)
+    take_back_alone(const __grid_constant__ work_t work)
+{
+    take_back<dimension>(work);
+}
+
+static unsigned few_blocks(const struct gbg_device *device, int64_t n)
+{
+    int64_t blocks = (n + THREADS - 1) / THREADS, most = 8 * (int64_t)device->multiprocessors;
+    return (unsigned)(blocks < 1 ? 1 : blocks < most ? blocks : most);
+}
+
+/* Starts a kernel all of whose blocks are at work at once. */
+static int start_at_once(struct gbg_device *device, const void *kernel, int threads, int64_t n,
+                         void **arguments)
+{
+    int each = 0;
+    int status = gbg_cuda_status(
+        device, cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, threads, 0),
+        "asking for room for a batch of steps");
+    int64_t most = (int64_t)each * device->multiprocessors, wanted = (n + threads - 1) / threads;
+    unsigned blocks = (unsigned)(wanted < 1 ? 1 : wanted < most ? wanted : most);
+    return status ? status
+                  : gbg_cuda_status(device,
+                                    cudaLaunchCooperativeKernel(kernel, dim3(blocks),
+                                                                dim3((unsigned)threads), arguments,
+                                                                0, device->stream),
+                                    "a batch of steps");
+}
+
+typedef void (*of_step)(const work_t, int);
+typedef void (*of_batch)(const work_t);
+
+template <int dimension, bool cores> static of_step choose_advance(int law)
+{
+    return law == GBG_CUDA_FREE      ? advance_alone<dimension, GBG_CUDA_FREE, cores>
+           : law == GBG_CUDA_STORED  ? advance_alone<dimension, GBG_CUDA_STORED, cores>
+           : law == GBG_CUDA_POWER_2 ? advance_alone<dimension, GBG_CUDA_POWER_2, cores>
+                                     : advance_alone<dimension, GBG_CUDA_POWER_6, cores>;
+}
+
+template <int dimension, bool cores> static of_batch choose_together(int law)
+{
+    return law == GBG_CUDA_FREE      ? together<dimension, GBG_CUDA_FREE, cores>
+           : law == GBG_CUDA_POWER_2 ? together<dimension, GBG_CUDA_POWER_2, cores>
+                                     : together<dimension, GBG_CUDA_POWER_6, cores>;
+}
+
+int gbg_cuda_steps_begin(struct gbg_device *device, const struct gbg_cuda_work *work, int limit,
+                         int turn, uint64_t first, int renew)
+{
+    start<<<1, THREADS, 0, device->stream>>>(work->control, limit, turn, first);
+    int status = gbg_cuda_started(device, "a batch of steps");
+    if (status == GBG_OK && renew) {
+        (work->state.box.dimension == 2
+             ? begin_alone<2>
+             : begin_alone<
+                   3>)<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(
+            *work);
+        status = gbg_cuda_started(device, "the places of a batch of steps");
+    }
+    return status;
+}
+
+int gbg_cuda_steps_together(struct gbg_device *device, const struct gbg_cuda_work *work, int law)
+{
+    int64_t n = work->state.owned;
+    bool flat = work->state.box.dimension == 2, cores = work->contacts.n > 0;
+    of_batch kernel = flat ? cores ? choose_together<2, true>(law) : choose_together<2, false>(law)
+                      : cores ? choose_together<3, true>(law)
+                              : choose_together<3, false>(law);
+    int64_t each = (n + device->multiprocessors - 1) / device->multiprocessors;
+    int threads = each > THREADS ? (int)THREADS : (int)((each + 31) / 32 * 32);
+    void *arguments[] = {(void *)work};
+    return start_at_once(device, (const void *)kernel, threads, n, arguments);
+}
+
+int gbg_cuda_steps_follow(struct gbg_device *device, const struct gbg_cuda_work *work)
+{
+    (work->state.box.dimension == 2
+         ? follow<2>
+         : follow<3>)<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(*work);
+    return gbg_cuda_started(device, "following the pair list");
+}
+
+int gbg_cuda_steps_unpack(struct gbg_device *device, const struct gbg_cuda_work *work, int turn)
+{
+    of_step kernel = work->state.box.dimension == 3 ? unpack<3, true>
+                     : work->state.source           ? unpack<2, true>
+                                                    : unpack<2, false>;
+    kernel<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(*work, turn);
+    return gbg_cuda_started(device, "places of a step");
+}
+
+int gbg_cuda_steps_single(struct gbg_device *device, const struct gbg_cuda_work *work, int law,
+                          int step)
+{
+    unsigned blocks = few_blocks(device, work->state.owned);
+    bool flat = work->state.box.dimension == 2, cores = work->contacts.n > 0;
+    of_step kernel = flat    ? cores ? choose_advance<2, true>(law) : choose_advance<2, false>(law)
+                        : cores ? choose_advance<3, true>(law)
+                             : choose_advance<3, false>(law);
+    kernel<<<blocks, THREADS, 0, device->stream>>>(*work, step);
+    int status = gbg_cuda_started(device, "a step");
+    if (status != GBG_OK || !cores) {
+        return status;
+    }
+    void *arguments[] = {(void *)work, &step};
+    status = start_at_once(device, flat ? (const void *)part_alone<2> : (const void *)part_alone<3>,
+                           THREADS, work->state.owned, arguments);
+    if (status == GBG_OK) {
+        (flat ? certify_alone<2> : certify_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work,
+                                                                                             step);
+        status = gbg_cuda_started(device, "a step with hard cores");
+    }
+    return status;
+}
+
+int gbg_cuda_steps_take_back(struct gbg_device *device, const struct gbg_cuda_work *work)
+{
+    (work->state.box.dimension == 2
+         ? take_back_alone<2>
+         : take_back_alone<
+               3>)<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(*work);
+    return gbg_cuda_started(device, "taking a step back");
+}
