@@ -35,6 +35,7 @@ const struct gbg_kernels gbg_cuda_kernels = {
     .list_create = ON(gbg_cuda_list_create),
     .list_destroy = ON(gbg_cuda_list_destroy),
     .list_update = ON(gbg_cuda_list_update),
+    .skin_drifts = 20.0,
     .list_builds = gbg_cuda_list_builds,
     .list_bytes = gbg_cuda_list_bytes,
     .list_scatter = gbg_cuda_list_scatter,

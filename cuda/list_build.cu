@@ -65,32 +65,6 @@ struct totals {
     unsigned int widest, unused;
 };
 
-/* A slice's part of the index, a warp's: the same for all lanes. False if it cannot be filled now:
- * the index is too short, or a row longer than `most`; it is counted all the same. */
-static __device__ __forceinline__ bool take_part(const struct gbg_cuda_rows &rows, int64_t capacity,
-                                                 int most, int64_t slice, unsigned count,
-                                                 struct totals *totals, unsigned *width,
-                                                 int64_t *offset)
-{
-    unsigned long long begin = 0;
-    *width = __reduce_max_sync(0xFFFFFFFFu, count);
-    if (threadIdx.x % GBG_CUDA_SLICE == 0) {
-        begin = atomicAdd(&totals->entries, (unsigned long long)*width * GBG_CUDA_SLICE);
-        if (*width > *(volatile unsigned *)&totals->widest) { /* few come that far */
-            atomicMax(&totals->widest, *width);
-        }
-    }
-    begin = __shfl_sync(0xFFFFFFFFu, begin, 0);
-    bool fits =
-        *width <= (unsigned)most && (int64_t)begin + (int64_t)*width * GBG_CUDA_SLICE <= capacity;
-    if (threadIdx.x % GBG_CUDA_SLICE == 0) {
-        rows.width[slice] = fits ? (int32_t)*width : 0;
-        rows.offset[slice] = fits ? (int64_t)begin : 0;
-    }
-    *offset = (int64_t)begin;
-    return fits;
-}
-
 /* A network of comparisons that sorts, all of its places known to the compiler (Batcher's merges of
  * odd and even places). */
 template <int N, int P, int K> static __device__ __forceinline__ void sort_step(int32_t (&key)[N])
@@ -121,62 +95,94 @@ static __global__ void invert(const int32_t *rank, int64_t n, int32_t *of_rank)
     }
 }
 
-/* Rows of slices that are no wider than MOST are found, sorted by ranks, and written as indices. */
-template <int DIMENSION, bool COARSE, int MOST>
-static __global__ void __launch_bounds__(THREADS)
-    make_rows(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows,
-              const int32_t *of_rank, int64_t capacity, struct totals *totals)
+/* Notes the width of a slice, a warp's, where rows have `most` places: false if it is wider. */
+static __device__ __forceinline__ bool note_width(const struct gbg_cuda_rows &rows, int most,
+                                                  int64_t slice, unsigned count,
+                                                  struct totals *totals)
 {
-    __shared__ int32_t found[MOST * THREADS];
-    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE, offset;
+    unsigned width = __reduce_max_sync(0xFFFFFFFFu, count);
+    if (threadIdx.x % GBG_CUDA_SLICE == 0) {
+        rows.width[slice] = width <= (unsigned)most ? (int32_t)width : 0;
+        rows.offset[slice] = slice * most * GBG_CUDA_SLICE;
+        if (width > *(volatile unsigned *)&totals->widest) { /* few come that far */
+            atomicMax(&totals->widest, width);
+        }
+    }
+    return width <= (unsigned)most;
+}
+
+/* Rows of up to `most` neighbours, as ranks in any order, filled up with NONE. */
+template <int DIMENSION, bool COARSE>
+static __global__ void __launch_bounds__(THREADS)
+    find_rows(const __grid_constant__ struct search search,
+              const __grid_constant__ struct gbg_cuda_rows rows, int most, struct totals *totals)
+{
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
     if (slice >= rows.slices) {
         return;
     }
-    unsigned width, count = 0;
+    int32_t *row = rows.index + slice * most * GBG_CUDA_SLICE + i % GBG_CUDA_SLICE;
+    int count = 0;
     if (i < rows.n) {
         for_neighbours<DIMENSION, COARSE>(search, i, [&](int32_t j) {
-            if (count < MOST) {
-                found[count * THREADS + threadIdx.x] = gbg_rank_of(&search.state, j);
+            if (count < most) {
+                row[count * GBG_CUDA_SLICE] = gbg_rank_of(&search.state, j);
             }
             count++;
         });
     }
-    if (!take_part(rows, capacity, MOST, slice, count, totals, &width, &offset)) {
+    if (note_width(rows, most, slice, (unsigned)count, totals)) {
+        int width = (int)__reduce_max_sync(0xFFFFFFFFu, (unsigned)count);
+        for (; count < width; count++) {
+            row[count * GBG_CUDA_SLICE] = NONE;
+        }
+    }
+}
+
+/* Their ranks sorted, and written as indices. */
+template <int MOST>
+static __global__ void __launch_bounds__(THREADS)
+    sort_rows(const __grid_constant__ struct gbg_cuda_rows rows, const int32_t *of_rank)
+{
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
+    if (slice >= rows.slices) {
         return;
     }
-    int32_t key[MOST], self = (int32_t)(i < rows.n ? i : rows.n - 1);
+    int32_t *row = rows.index + slice * MOST * GBG_CUDA_SLICE + i % GBG_CUDA_SLICE;
+    int32_t key[MOST], self = (int32_t)(i < rows.n ? i : rows.n - 1), width = rows.width[slice];
 #pragma unroll
     for (int k = 0; k < MOST; k++) {
-        key[k] = k < (int)count ? found[k * THREADS + threadIdx.x] : NONE;
+        key[k] = k < width ? row[k * GBG_CUDA_SLICE] : (int32_t)NONE;
     }
     sort_step<MOST, 1, 1>(key);
-    int32_t *row = rows.index + offset + i % GBG_CUDA_SLICE;
 #pragma unroll
     for (int k = 0; k < MOST; k++) {
-        if (k < (int)width) {
-            row[k * GBG_CUDA_SLICE] = k >= (int)count ? self : of_rank ? of_rank[key[k]] : key[k];
+        if (k < width) {
+            row[k * GBG_CUDA_SLICE] = key[k] == NONE ? self : of_rank ? of_rank[key[k]] : key[k];
         }
     }
 }
 
 /* Rows of a list out of those of a longer one that was built at the same positions. */
-template <int DIMENSION, bool COARSE, int MOST>
+template <int DIMENSION, bool COARSE>
 static __global__ void __launch_bounds__(THREADS)
-    sift_rows(const __grid_constant__ struct search search, const struct gbg_cuda_rows from,
-              const struct gbg_cuda_rows rows, int64_t capacity, struct totals *totals)
+    sift_rows(const __grid_constant__ struct search search,
+              const __grid_constant__ struct gbg_cuda_rows from,
+              const __grid_constant__ struct gbg_cuda_rows rows, int most, struct totals *totals)
 {
-    __shared__ int32_t found[MOST * THREADS];
-    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE, offset;
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
     if (slice >= rows.slices) {
         return;
     }
     const int32_t *other = from.index + from.offset[slice] + i % GBG_CUDA_SLICE;
+    int32_t *row = rows.index + slice * most * GBG_CUDA_SLICE + i % GBG_CUDA_SLICE;
     int32_t n = i < rows.n ? from.width[slice] : 0, self = (int32_t)(i < rows.n ? i : rows.n - 1);
-    unsigned width, count = 0;
+    int count = 0;
     uint32_t own[DIMENSION];
     for (int a = 0; a < DIMENSION; a++) {
         own[a] = search.state.high[a][self];
     }
+#pragma unroll 4
     for (int32_t k = 0; k < n; k++) {
         int32_t j = other[(int64_t)k * GBG_CUDA_SLICE];
         vf squared = 0.0f;
@@ -186,16 +192,16 @@ static __global__ void __launch_bounds__(THREADS)
         }
         if (j != self && vf_lt(squared, search.limit) &&
             (!COARSE || gbg_list_holds(&search.state, i, j, search.squared))) {
-            if (count < MOST) {
-                found[count * THREADS + threadIdx.x] = j;
+            if (count < most) {
+                row[count * GBG_CUDA_SLICE] = j;
             }
             count++;
         }
     }
-    if (take_part(rows, capacity, MOST, slice, count, totals, &width, &offset)) {
-        for (unsigned k = 0; k < width; k++) {
-            rows.index[offset + (int64_t)k * GBG_CUDA_SLICE + i % GBG_CUDA_SLICE] =
-                k < count ? found[k * THREADS + threadIdx.x] : self;
+    if (note_width(rows, most, slice, (unsigned)count, totals)) {
+        int width = (int)__reduce_max_sync(0xFFFFFFFFu, (unsigned)count);
+        for (; count < width; count++) {
+            row[count * GBG_CUDA_SLICE] = self;
         }
     }
 }
@@ -222,21 +228,30 @@ static __global__ void __launch_bounds__(THREADS)
     }
 }
 
-/* Widths only, and with them the parts of the index. */
+/* Widths only, and with them the parts of the index, in any order; widths are 0 where it is too
+ * short. */
 template <int DIMENSION, bool COARSE>
 static __global__ void __launch_bounds__(THREADS)
     count_wide(const __grid_constant__ struct search search, const struct gbg_cuda_rows rows,
                int64_t capacity, struct totals *totals)
 {
-    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE, offset;
-    unsigned width, count = 0;
+    int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
+    unsigned count = 0;
     if (slice >= rows.slices) {
         return;
     }
     if (i < rows.n) {
         for_neighbours<DIMENSION, COARSE>(search, i, [&](int32_t) { count++; });
     }
-    take_part(rows, capacity, INT32_MAX, slice, count, totals, &width, &offset);
+    count = __reduce_max_sync(0xFFFFFFFFu, count);
+    if (i % GBG_CUDA_SLICE == 0) {
+        int64_t places = (int64_t)count * GBG_CUDA_SLICE;
+        int64_t begin = (int64_t)atomicAdd(&totals->entries, (unsigned long long)places);
+        bool fits = begin + places <= capacity;
+        rows.width[slice] = fits ? (int32_t)count : 0;
+        rows.offset[slice] = fits ? begin : 0;
+        atomicMax(&totals->widest, count);
+    }
 }
 
 /* Puts the smaller number of each lane at the lower place. */
@@ -300,35 +315,29 @@ static __global__ void __launch_bounds__(SORTERS)
     }
 }
 
-/* Longest rows that kernels are made for; 0: any. */
-static int class_of(unsigned widest)
+/* Places of a row, for those up to `widest`: of the kernels that sort them, or 0: any. */
+static int places_for(unsigned widest)
 {
-    static const int most[] = {16, 32, 48, WIDEST};
-    for (int most_of_class : most) {
-        if (widest <= (unsigned)most_of_class) {
-            return most_of_class;
+    static const int made[] = {8, 16, 24, 32, 40, 48, WIDEST};
+    for (int places : made) {
+        if (widest <= (unsigned)places) {
+            return places;
         }
     }
     return 0;
 }
 
-template <int DIMENSION, bool COARSE>
-static void start_rows(struct gbg_device *device, const struct search &search,
-                       const struct gbg_list *list, const int32_t *of_rank, int most,
-                       struct totals *totals)
+static void start_sort(struct gbg_device *device, const struct gbg_cuda_rows &rows, int places,
+                       const int32_t *of_rank)
 {
-    const struct gbg_cuda_rows &rows = list->rows;
-    unsigned blocks = gbg_cuda_blocks(rows.slices * GBG_CUDA_SLICE, THREADS);
-    if (most == 0) {
-        count_wide<DIMENSION, COARSE>
-            <<<blocks, THREADS, 0, device->stream>>>(search, rows, list->index_capacity, totals);
-        return;
-    }
-    (most == 16   ? make_rows<DIMENSION, COARSE, 16>
-     : most == 32 ? make_rows<DIMENSION, COARSE, 32>
-     : most == 48 ? make_rows<DIMENSION, COARSE, 48>
-                  : make_rows<DIMENSION, COARSE, WIDEST>)<<<blocks, THREADS, 0, device->stream>>>(
-        search, rows, of_rank, list->index_capacity, totals);
+    (places == 8    ? sort_rows<8>
+     : places == 16 ? sort_rows<16>
+     : places == 24 ? sort_rows<24>
+     : places == 32 ? sort_rows<32>
+     : places == 40 ? sort_rows<40>
+     : places == 48 ? sort_rows<48>
+                    : sort_rows<WIDEST>)<<<gbg_cuda_blocks(rows.slices * GBG_CUDA_SLICE, THREADS),
+                                           THREADS, 0, device->stream>>>(rows, of_rank);
 }
 
 /* Index of each rank, in the workspace; NULL: the same. */
@@ -350,11 +359,10 @@ static int invert_ranks(struct gbg_device *device, const struct gbg_state *state
     return status;
 }
 
-/* By half more than is needed, so that it rarely grows again. */
 static int reserve_index(struct gbg_device *device, struct gbg_list *list, int64_t needed)
 {
-    return gbg_cuda_grow(device, (void **)&list->rows.index, &list->index_capacity,
-                         needed + needed / 2 + 4096, sizeof *list->rows.index, "pair list");
+    return gbg_cuda_grow(device, (void **)&list->rows.index, &list->index_capacity, needed,
+                         sizeof *list->rows.index, "pair list");
 }
 
 /* The totals of a pass, where they stand on the device. */
@@ -363,41 +371,83 @@ static struct totals *totals_of(const struct gbg_cuda_rows *rows)
     return (struct totals *)(rows->offset + rows->slices);
 }
 
-/* What a pass found, once it is done; 1 in *again if the index was too short and has grown. */
-static int end_pass(struct gbg_device *device, struct gbg_list *list, struct totals *found,
-                    int *again)
+static int end_pass(struct gbg_device *device, const struct gbg_list *list, struct totals *found)
 {
     int status = gbg_cuda_started(device, "filling the pair list");
-    status = status ? status : gbg_cuda_fetch(device, found, totals_of(&list->rows), sizeof *found);
-    *again = status == GBG_OK && (int64_t)found->entries > list->index_capacity;
-    return *again ? reserve_index(device, list, (int64_t)found->entries) : status;
+    return status ? status : gbg_cuda_fetch(device, found, totals_of(&list->rows), sizeof *found);
+}
+
+/* Rows of as many places each as the longest needs: first as many as last time, then as many as
+ * were missing. *places 0: they are too long for that. */
+template <typename Start>
+static int build_even(struct gbg_device *device, struct gbg_list *list, int *places, Start start)
+{
+    struct totals found = {0, list->widest > 0 ? list->widest : 12, 0};
+    int status = GBG_OK;
+    for (int done = 0; status == GBG_OK && !done;) {
+        *places = places_for(found.widest);
+        if (*places == 0) {
+            break;
+        }
+        status = reserve_index(device, list, list->rows.slices * GBG_CUDA_SLICE * *places);
+        status = status ? status : gbg_cuda_clear(device, totals_of(&list->rows), sizeof found);
+        if (status == GBG_OK) {
+            start(*places, totals_of(&list->rows));
+            status = end_pass(device, list, &found);
+            done = found.widest <= (unsigned)*places;
+        }
+    }
+    /* slowly down: a row that is a little longer again would cost a pass */
+    list->widest = found.widest + 1 > list->widest ? found.widest : list->widest - 1;
+    return status;
+}
+
+/* Rows of any length. */
+template <int DIMENSION, bool COARSE>
+static int build_wide(struct gbg_device *device, const struct search &search, struct gbg_list *list,
+                      const int32_t *of_rank)
+{
+    const struct gbg_cuda_rows *rows = &list->rows;
+    unsigned blocks = gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS);
+    struct totals found = {};
+    int status = GBG_OK;
+    for (int done = 0; status == GBG_OK && !done;) {
+        status = gbg_cuda_clear(device, totals_of(rows), sizeof found);
+        if (status == GBG_OK) {
+            count_wide<DIMENSION, COARSE><<<blocks, THREADS, 0, device->stream>>>(
+                search, *rows, list->index_capacity, totals_of(rows));
+            status = end_pass(device, list, &found);
+        }
+        done = (int64_t)found.entries <= list->index_capacity;
+        if (status == GBG_OK && !done) { /* by half more, so that it rarely grows again */
+            int64_t needed = (int64_t)found.entries;
+            status = reserve_index(device, list, needed + needed / 2);
+        }
+    }
+    list->widest = found.widest;
+    if (status == GBG_OK) {
+        fill_wide<DIMENSION, COARSE><<<blocks, THREADS, 0, device->stream>>>(search, *rows);
+        sort_wide<<<(unsigned)rows->slices, SORTERS, 0, device->stream>>>(*rows, of_rank);
+        status = gbg_cuda_started(device, "sorting the pair list");
+    }
+    return status;
 }
 
 template <int DIMENSION, bool COARSE>
 static int build_rows(struct gbg_device *device, const struct search &search, struct gbg_list *list)
 {
     struct gbg_cuda_rows *rows = &list->rows;
-    struct totals found = {};
+    unsigned blocks = gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS);
     int32_t *of_rank;
-    int most = 0, again = 1;
-    int status = invert_ranks(device, &search.state, rows->n, &of_rank);
-    while (status == GBG_OK && again) {
-        most = class_of(list->widest);
-        status = gbg_cuda_clear(device, totals_of(rows), sizeof found);
-        if (status == GBG_OK) {
-            start_rows<DIMENSION, COARSE>(device, search, list, of_rank, most, totals_of(rows));
-            status = end_pass(device, list, &found, &again);
-            list->widest = found.widest;
-            again |= most > 0 && found.widest > (unsigned)most;
-        }
-    }
-    if (status == GBG_OK && most == 0) {
-        unsigned blocks = gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS);
-        fill_wide<DIMENSION, COARSE><<<blocks, THREADS, 0, device->stream>>>(search, *rows);
-        sort_wide<<<(unsigned)rows->slices, SORTERS, 0, device->stream>>>(*rows, of_rank);
-        status = gbg_cuda_started(device, "sorting the pair list");
-    }
-    return status;
+    int places = 0, status = invert_ranks(device, &search.state, rows->n, &of_rank);
+    status =
+        status ? status : build_even(device, list, &places, [&](int most, struct totals *totals) {
+            find_rows<DIMENSION, COARSE>
+                <<<blocks, THREADS, 0, device->stream>>>(search, *rows, most, totals);
+            start_sort(device, *rows, most, of_rank);
+        });
+    return status || places > 0 ? status
+                                : build_wide<DIMENSION, COARSE>(device, search, list, of_rank);
 }
 
 static int note_places(struct gbg_device *device, const struct gbg_state *state,
@@ -448,34 +498,22 @@ int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, stru
     return GBG_OK;
 }
 
-/* Rows that a thread of sift_rows can hold. */
-enum { SIFTED = 32 };
-
-/* *fits 0: some row is longer than that. */
+/* *fits 0: some row is too long. */
 static int sift(struct gbg_device *device, const struct gbg_state *state,
                 const struct gbg_list *from, struct gbg_list *list, int *fits)
 {
     struct search search = {*state, {}, {}, 0.0f, list->radius * list->radius, 0};
-    struct gbg_cuda_rows *rows = &list->rows;
-    struct totals found = {};
-    bool flat = state->box.dimension == 2;
-    int again = 1;
+    unsigned blocks = gbg_cuda_blocks(list->rows.slices * GBG_CUDA_SLICE, THREADS);
     search.coarse = gbg_list_choose_search(&state->box, list->radius, search.unit, &search.limit);
-    auto *sifting = flat ? search.coarse ? sift_rows<2, true, SIFTED> : sift_rows<2, false, SIFTED>
-                    : search.coarse ? sift_rows<3, true, SIFTED>
-                                    : sift_rows<3, false, SIFTED>;
-    int status = note_places(device, state, rows);
-    while (status == GBG_OK && again) {
-        status = gbg_cuda_clear(device, totals_of(rows), sizeof found);
-        if (status == GBG_OK) {
-            sifting<<<gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS), THREADS, 0,
-                      device->stream>>>(search, from->rows, *rows, list->index_capacity,
-                                        totals_of(rows));
-            status = end_pass(device, list, &found, &again);
-        }
-    }
-    *fits = found.widest <= SIFTED;
-    return status;
+    auto *sifting = state->box.dimension == 2
+                        ? search.coarse ? sift_rows<2, true> : sift_rows<2, false>
+                    : search.coarse ? sift_rows<3, true>
+                                    : sift_rows<3, false>;
+    int status = note_places(device, state, &list->rows);
+    return status ? status : build_even(device, list, fits, [&](int most, struct totals *totals) {
+        sifting<<<blocks, THREADS, 0, device->stream>>>(search, from->rows, list->rows, most,
+                                                        totals);
+    });
 }
 
 int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,

@@ -68,7 +68,7 @@ gbg_cuda_field(const struct gbg_cuda_rows &rows, const void *places,
     for (int a = 0; a < dimension; a++) {
         sum[a] = vf_set(0.0f);
     }
-#pragma unroll 8
+#pragma unroll 4
     for (int32_t k = 0; k < width; k++) {
         place other = at[__ldg(index + (int64_t)k * GBG_CUDA_SLICE)];
         vf r[dimension], squared = vf_set(0.0f);

@@ -21,7 +21,8 @@ struct gbg_cuda_rows {
     uint32_t *local[3];      /* present */
     uint32_t *built[3];      /* when the list was built */
     uint32_t *built_high[3]; /* high words then */
-    int64_t *offset;         /* slices: into index, in any order; behind them totals of a build */
+    int64_t *offset;         /* slices: into index, in any order, with room between;
+                                behind them totals of a build */
     int32_t *width;          /* slices: longest row */
     int32_t *index;          /* neighbour k of particle 32 s + l: index[offset[s] + 32 k + l] */
 };

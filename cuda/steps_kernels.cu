@@ -70,21 +70,19 @@ static __device__ __forceinline__ bool halted(const control_t *control)
     return __ldcg(&control->halt) != 0;
 }
 
+/* Rounds after the first look, until nobody overlaps. */
 template <int dimension>
 static __device__ void part(const work_t &work, int step, unsigned int *generation)
 {
     control_t *control = work.control;
-    for (int64_t round = 0;; round++) {
-        find<dimension>(work, step, round == 0);
-        meet(control, generation, [&] { decide_found(work, step, round); });
-        if (__ldcg(&control->parted)) {
-            return;
-        }
+    for (int64_t round = 1; !__ldcg(&control->parted); round++) {
         apply<dimension>(work, step);
         meet(control, generation, [&] { decide_applied(work, step); });
         if (__ldcg(&control->parted)) {
             return;
         }
+        find<dimension>(work, step, false);
+        meet(control, generation, [&] { decide_found(work, step, round); });
     }
 }
 
@@ -98,6 +96,8 @@ static __global__ void __launch_bounds__(THREADS) together(const __grid_constant
         advance<dimension, law, cores>(work, step);
         meet(control, generation, [&] { decide_advanced<cores>(work, step); });
         if (cores && !halted(control)) {
+            find<dimension>(work, step, true);
+            meet(control, generation, [&] { decide_found(work, step, 0); });
             part<dimension>(work, step, generation);
         }
         if (cores && !halted(control)) {
@@ -114,6 +114,16 @@ static __global__ void __launch_bounds__(THREADS)
     if (!halted(work.control)) {
         advance<dimension, law, cores>(work, step);
         when_all_done(work.control, [&] { decide_advanced<cores>(work, step); });
+    }
+}
+
+template <int dimension>
+static __global__ void __launch_bounds__(THREADS)
+    find_alone(const __grid_constant__ work_t work, int step)
+{
+    if (!halted(work.control)) {
+        find<dimension>(work, step, true);
+        when_all_done(work.control, [&] { decide_found(work, step, 0); });
     }
 }
 
@@ -180,12 +190,6 @@ static __global__ void __launch_bounds__(THREADS)
     take_back<dimension>(work);
 }
 
-static unsigned few_blocks(const struct gbg_device *device, int64_t n)
-{
-    int64_t blocks = (n + THREADS - 1) / THREADS, most = 8 * (int64_t)device->multiprocessors;
-    return (unsigned)(blocks < 1 ? 1 : blocks < most ? blocks : most);
-}
-
 /* Starts a kernel all of whose blocks are at work at once. */
 static int start_at_once(struct gbg_device *device, const void *kernel, int threads, int64_t n,
                          void **arguments)
@@ -231,7 +235,7 @@ int gbg_cuda_steps_begin(struct gbg_device *device, const struct gbg_cuda_work *
         (work->state.box.dimension == 2
              ? begin_alone<2>
              : begin_alone<
-                   3>)<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(
+                   3>)<<<gbg_cuda_blocks(work->state.owned, THREADS), THREADS, 0, device->stream>>>(
             *work);
         status = gbg_cuda_started(device, "the places of a batch of steps");
     }
@@ -255,7 +259,8 @@ int gbg_cuda_steps_follow(struct gbg_device *device, const struct gbg_cuda_work 
 {
     (work->state.box.dimension == 2
          ? follow<2>
-         : follow<3>)<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(*work);
+         : follow<3>)<<<gbg_cuda_blocks(work->state.owned, THREADS), THREADS, 0, device->stream>>>(
+        *work);
     return gbg_cuda_started(device, "following the pair list");
 }
 
@@ -264,14 +269,15 @@ int gbg_cuda_steps_unpack(struct gbg_device *device, const struct gbg_cuda_work 
     of_step kernel = work->state.box.dimension == 3 ? unpack<3, true>
                      : work->state.source           ? unpack<2, true>
                                                     : unpack<2, false>;
-    kernel<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(*work, turn);
+    kernel<<<gbg_cuda_blocks(work->state.owned, THREADS), THREADS, 0, device->stream>>>(*work,
+                                                                                        turn);
     return gbg_cuda_started(device, "places of a step");
 }
 
 int gbg_cuda_steps_single(struct gbg_device *device, const struct gbg_cuda_work *work, int law,
                           int step)
 {
-    unsigned blocks = few_blocks(device, work->state.owned);
+    unsigned blocks = gbg_cuda_blocks(work->state.owned, THREADS);
     bool flat = work->state.box.dimension == 2, cores = work->contacts.n > 0;
     of_step kernel = flat    ? cores ? choose_advance<2, true>(law) : choose_advance<2, false>(law)
                         : cores ? choose_advance<3, true>(law)
@@ -281,6 +287,7 @@ int gbg_cuda_steps_single(struct gbg_device *device, const struct gbg_cuda_work 
     if (status != GBG_OK || !cores) {
         return status;
     }
+    (flat ? find_alone<2> : find_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work, step);
     void *arguments[] = {(void *)work, &step};
     status = start_at_once(device, flat ? (const void *)part_alone<2> : (const void *)part_alone<3>,
                            THREADS, work->state.owned, arguments);
@@ -297,6 +304,7 @@ int gbg_cuda_steps_take_back(struct gbg_device *device, const struct gbg_cuda_wo
     (work->state.box.dimension == 2
          ? take_back_alone<2>
          : take_back_alone<
-               3>)<<<few_blocks(device, work->state.owned), THREADS, 0, device->stream>>>(*work);
+               3>)<<<gbg_cuda_blocks(work->state.owned, THREADS), THREADS, 0, device->stream>>>(
+        *work);
     return gbg_cuda_started(device, "taking a step back");
 }

@@ -311,14 +311,20 @@ static __device__ __forceinline__ unsigned int faults_of(const work_t &work, int
     for (int a = 0; a < dimension; a++) {
         own[a] = state.high[a][i];
     }
+    for (int32_t begin = 0; begin < width; begin += 32) {
+        int32_t count = width - begin < 32 ? width - begin : 32;
+        uint32_t near = 0;
 #pragma unroll 4
-    for (int32_t k = 0; k < width; k++) {
-        int32_t j = __ldg(row + (int64_t)k * GBG_CUDA_SLICE);
-        float squared = 0.0f;
-        for (int a = 0; a < dimension; a++) {
-            squared = squared_high(work, a, own[a], state.high[a][j], squared);
+        for (int32_t k = 0; k < count; k++) {
+            int32_t j = __ldg(row + (int64_t)(begin + k) * GBG_CUDA_SLICE);
+            float squared = 0.0f;
+            for (int a = 0; a < dimension; a++) {
+                squared = squared_high(work, a, own[a], state.high[a][j], squared);
+            }
+            near |= (uint32_t)(j > i && squared < work.close) << k;
         }
-        if (j > i && squared < work.close) {
+        for (; near != 0; near &= near - 1) {
+            int64_t j = __ldg(row + (int64_t)(begin + __ffs((int)near) - 1) * GBG_CUDA_SLICE);
             faults += (unsigned)gbg_exact_pair_overlap(&work.exact, &state, dimension, i, j);
         }
     }

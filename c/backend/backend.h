@@ -191,6 +191,9 @@ struct gbg_kernels {
     void (*list_destroy)(struct gbg_device *device, struct gbg_list *list);
     int (*list_update)(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                        double moved);
+    /* Default skins of scenes with hard cores are longer by so many drifts of a step at contact:
+     * above 0 where building a list costs many steps. */
+    double skin_drifts;
     int64_t (*list_builds)(const struct gbg_list *list);
     double (*list_bytes)(const struct gbg_list *list);
     /* How far apart in memory the neighbours of a list stand: cache lines fetched for a row over

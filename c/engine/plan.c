@@ -47,12 +47,29 @@ static double roomy_skin(const struct gbg_engine *engine, double reach, double e
     return radius - reach;
 }
 
+/* How far one neighbour in contact moves a particle in a step. */
+static double drift_at_contact(const struct gbg_engine *engine)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    double strongest = 0.0, drift = 0.0;
+    for (int s = 0; s < scene->n_species; s++) {
+        for (int t = 0; t < scene->n_species; t++) {
+            strongest = fmax(strongest, fabs(scene->species[s].mobility * scene->species[t].alpha));
+        }
+    }
+    for (int f = 0; f < scene->n_forces; f++) {
+        drift += strongest * scene->dt / pow(engine->least_contact, scene->force[f].power);
+    }
+    return drift;
+}
+
 /* Long-range forces pile up in clusters and move particles far in a step: a longer skin then saves
  * more rebuilds than its neighbours cost (measured on C3, 600 steps: 3.2 us a particle and step
  * with 0.4 of contact, 2.4 with 0.8, 2.6 with 1). */
 static double contact_skin(const struct gbg_engine *engine)
 {
     double contact = engine->contact, skin = 0.4 * contact;
+    skin += engine->kernels->skin_drifts * drift_at_contact(engine);
     for (int f = 0; f < engine->scene.n_forces; f++) {
         if (engine->scene.force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
             skin = 0.8 * contact;
@@ -69,7 +86,11 @@ static double force_skin(const struct gbg_engine *engine)
 {
     double unit = engine->contact > 0.0 ? engine->contact : 0.4 * engine->cutoff;
     double skin = fmax(0.4 * unit, roomy_skin(engine, engine->cutoff, 12.0));
-    return engine->contact > 0.0 ? fmin(skin, contact_skin(engine)) : skin;
+    if (engine->contact > 0.0) {
+        skin += engine->kernels->skin_drifts * drift_at_contact(engine);
+        skin = fmin(skin, contact_skin(engine));
+    }
+    return skin;
 }
 
 static int plan_cutoff(struct gbg_engine *engine)
@@ -128,18 +149,8 @@ static int plan_forces(struct gbg_engine *engine)
  * contact (C3 short at packing 0.79: twice that or half of it makes no difference that is seen). */
 static double bridge_reach(const struct gbg_engine *engine)
 {
-    const struct gbg_scene *scene = &engine->scene;
-    double strongest = 0.0, drift = 0.0;
-    for (int s = 0; s < scene->n_species; s++) {
-        for (int t = 0; t < scene->n_species; t++) {
-            strongest = fmax(strongest, fabs(scene->species[s].mobility * scene->species[t].alpha));
-        }
-    }
-    for (int f = 0; f < scene->n_forces; f++) {
-        drift += strongest * scene->dt / pow(engine->least_contact, scene->force[f].power);
-    }
     double noise = sqrt(2.0) * engine->noise.scale;
-    return fmin(6.0 * noise + 2.0 * drift, 0.5 * engine->contact);
+    return fmin(6.0 * noise + 2.0 * drift_at_contact(engine), 0.5 * engine->contact);
 }
 
 static int plan_cores(struct gbg_engine *engine)

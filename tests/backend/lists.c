@@ -130,12 +130,13 @@ static int64_t same_rows(struct lists *lists)
     int64_t *offset = both_copy(gpu, q->offset, (size_t)q->slices * 8), longest = 0, entries = 0;
     int32_t *width = both_copy(gpu, q->width, (size_t)q->slices * 4);
     for (int64_t s = 0; s < q->slices; s++) {
-        entries += (int64_t)width[s] * GBG_CUDA_SLICE;
+        int64_t end = offset[s] + (int64_t)width[s] * GBG_CUDA_SLICE;
+        entries = end > entries ? end : entries;
     }
     int32_t *index = both_copy(gpu, q->index, (size_t)entries * 4);
     char *taken = calloc((size_t)entries / GBG_CUDA_SLICE + 1, 1);
-    for (int64_t s = 0; s < q->slices; s++) { /* parts may stand in any order, but side by side */
-        assert_true(offset[s] >= 0 && offset[s] + (int64_t)width[s] * GBG_CUDA_SLICE <= entries);
+    for (int64_t s = 0; s < q->slices; s++) { /* in any order, but none over another */
+        assert_true(offset[s] >= 0);
         assert_int_equal(offset[s] % GBG_CUDA_SLICE, 0);
         for (int32_t k = 0; k < width[s]; k++) {
             assert_int_equal(taken[offset[s] / GBG_CUDA_SLICE + k]++, 0);
