@@ -196,11 +196,9 @@ static int start_moves(struct gbg_device *device, const struct gbg_state *state,
     return gbg_cuda_started(device, "bridge: moving particles");
 }
 
-/* The whole call, with one wait at its end. Nobody is moved if there is memory for fewer pairs than
- * were found. */
+/* The whole call. Nobody is moved if there is memory for fewer pairs than were found. */
 static int attempt(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
-                   struct bridge_work *work, double slack, double least,
-                   struct bridge_results *seen)
+                   struct bridge_work *work, double slack, double least)
 {
     struct gbg_cuda_bridge *kept = list->bridge;
     size_t scan_bytes = gbg_cuda_bridge_scan_bytes(work->plan.n_blocks);
@@ -215,8 +213,7 @@ static int attempt(struct gbg_device *device, struct gbg_state *state, struct gb
     status = status ? status : gbg_cuda_bridge_find(device, state, list, work, scan, scan_bytes);
     status = status ? status : gbg_cuda_bridge_order(device, state, work);
     status = status ? status : gbg_cuda_bridge_solve(device, kept, work);
-    status = status ? status : start_moves(device, state, list, work, slack, least);
-    return status ? status : gbg_cuda_fetch(device, seen, work->results, sizeof *seen);
+    return status ? status : start_moves(device, state, list, work, slack, least);
 }
 
 static int keep_work(struct gbg_device *device, struct gbg_list *list)
@@ -259,6 +256,40 @@ static int is_clear(const struct bridge_work *work, const struct bridge_results 
     return !seen->overlapping;
 }
 
+static double slack_of(const struct gbg_list *list)
+{
+    return 0.5 * (list->radius - list->reach) * 0.999;
+}
+
+/* What a step is solved with; 0: there is nothing to do. */
+static int describe(const struct gbg_state *state, const struct gbg_list *list,
+                    const struct gbg_noise *noise, uint64_t step, struct bridge_work *work)
+{
+    work->n = list->rows.n;
+    work->seed = noise->seed;
+    work->run = noise->run;
+    work->step = step;
+    return bridge_make_plan(&work->plan, state, work->n, list->reach, noise);
+}
+
+int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                          const struct gbg_noise *noise, uint64_t step, double tolerance,
+                          const int *halt, struct bridge_results **results, int64_t *capacity)
+{
+    struct bridge_work work = {};
+    *results = NULL;
+    *capacity = 0;
+    if (!describe(state, list, noise, step, &work)) {
+        return GBG_OK;
+    }
+    work.halt = halt;
+    int status = keep_work(device, list);
+    status = status ? status : attempt(device, state, list, &work, slack_of(list), 1.0 - tolerance);
+    *results = work.results;
+    *capacity = work.capacity;
+    return status;
+}
+
 int gbg_cuda_bridge(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                     struct gbg_contacts *contacts)
 {
@@ -267,17 +298,14 @@ int gbg_cuda_bridge(struct gbg_device *device, struct gbg_state *state, struct g
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
     contacts->clear = 0;
-    work.n = list->rows.n;
-    work.seed = contacts->noise->seed;
-    work.run = contacts->noise->run;
-    work.step = contacts->step;
-    if (!bridge_make_plan(&work.plan, state, work.n, list->reach, contacts->noise)) {
+    if (!describe(state, list, contacts->noise, contacts->step, &work)) {
         return GBG_OK;
     }
-    double slack = 0.5 * (list->radius - list->reach) * 0.999;
+    double slack = slack_of(list);
     int status = keep_work(device, list);
     for (int fits = 0; status == GBG_OK && !fits;) {
-        status = attempt(device, state, list, &work, slack, 1.0 - contacts->tolerance, &seen);
+        status = attempt(device, state, list, &work, slack, 1.0 - contacts->tolerance);
+        status = status ? status : gbg_cuda_fetch(device, &seen, work.results, sizeof seen);
         fits = status != GBG_OK || (int64_t)seen.found <= work.capacity;
         if (!fits) {
             list->bridge->capacity = (int64_t)(seen.found + seen.found / 2);

@@ -37,6 +37,7 @@ struct bridge_work {
     struct bridge_plan plan;
     uint32_t seed, run;
     uint64_t step;
+    const int *halt;     /* of a batch of steps; NULL: none */
     int64_t n, capacity; /* pairs that there is memory for */
     /* zero at the start */
     struct bridge_results *results;
@@ -65,6 +66,14 @@ struct gbg_cuda_bridge {
     int64_t capacity;
     int resident[2]; /* thread blocks of a solve that fit on the device at a time; 2D, 3D */
 };
+
+/* For batches of steps (steps.cu): starts the rule for one step, whose number is `step`, without
+ * waiting; nothing is done if *halt is set. Where the results will be, for as long as no other
+ * kernel takes the workspace, and pairs that there is memory for: if more were found nobody has
+ * been moved. *results NULL: there is nothing to do. */
+int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                          const struct gbg_noise *noise, uint64_t step, double tolerance,
+                          const int *halt, struct bridge_results **results, int64_t *capacity);
 
 /* Starts what finds the pairs, and makes their records. */
 int gbg_cuda_bridge_find(struct gbg_device *device, const struct gbg_state *state,

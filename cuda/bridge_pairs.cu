@@ -51,7 +51,7 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS)
          const __grid_constant__ struct bridge_work work)
 {
     int64_t i = gbg_cuda_index(), slice = i / GBG_CUDA_SLICE;
-    if (slice >= rows.slices) {
+    if (slice >= rows.slices || gbg_cuda_halted(work.halt)) {
         return;
     }
     bool here = i < rows.n;

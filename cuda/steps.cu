@@ -3,6 +3,7 @@
  * the engine makes that step kernel by kernel: so a batch changes no bit. */
 #include "cuda/steps.h"
 
+#include "cuda/bridge.h"
 #include "cuda/kernels.h"
 
 /* Particles up to which all steps are one kernel; steps that are started one by one; lists built
@@ -83,6 +84,7 @@ static void describe_cores(const struct gbg_state *state, const struct gbg_batch
     work->certificate_slack = 0.5 * (list->radius - list->reach);
     work->rounds = gbg_cuda_rounds_make(list, &rule, &sieve);
     work->max_rounds = batch->rule.max_rounds;
+    work->bridge = batch->bridge;
     gbg_exact_make(state, batch->certified, &work->exact);
     work->close = squared_limit(work->exact.largest, work->error);
 }
@@ -157,19 +159,22 @@ void gbg_cuda_steps_release(struct gbg_device *device)
 }
 
 /* Adds what the steps of one start did. */
-static void take(const struct gbg_cuda_control *control, double virial_unit,
+static void take(const struct gbg_cuda_control *control, double contact, double virial_unit,
                  struct gbg_batch *batch)
 {
+    double bridge_unit = 0x1p-40 * contact * contact;
     for (int k = 0; k < control->done; k++) {
         const struct gbg_cuda_slot *slot = &control->slot[k];
-        batch->rule.rounds += slot->rounds;
-        batch->rule.pairs += (int64_t)slot->pairs;
+        batch->rule.rounds += slot->bridge_sweeps + slot->rounds;
+        batch->rule.pairs += (int64_t)(slot->bridge_pairs + slot->pairs);
+        batch->rule.virial += (double)(int64_t)slot->bridge_virial * bridge_unit;
         batch->rule.virial += (double)(int64_t)slot->virial * virial_unit;
         batch->moves.drift = gbg_cuda_root(slot->moves.drift);
         batch->moves.noise = gbg_cuda_root(slot->moves.noise);
         batch->moves.total = gbg_cuda_root(slot->moves.total);
         batch->moves.bad = -1;
-        batch->moved = fmax(batch->moves.total, gbg_cuda_root(slot->farthest));
+        batch->moved = fmax(batch->moves.total, fmax(gbg_cuda_root(slot->bridge_farthest),
+                                                     gbg_cuda_root(slot->farthest)));
     }
     batch->done += control->done;
 }
@@ -194,6 +199,35 @@ static int start_forces(struct gbg_device *device, struct gbg_state *state,
     return status;
 }
 
+static int start_bridge(struct gbg_device *device, struct gbg_state *state,
+                        const struct gbg_batch *batch, const struct gbg_cuda_work *work, int step)
+{
+    struct bridge_results *results;
+    int64_t capacity;
+    uint64_t number = batch->first + (uint64_t)(batch->done + step);
+    int status =
+        gbg_cuda_bridge_start(device, state, batch->contacts, batch->noise, number,
+                              batch->rule.tolerance, &work->control->halt, &results, &capacity);
+    return status || !results ? status
+                              : gbg_cuda_steps_bridged(device, work, results, capacity, step);
+}
+
+static int start_single(struct gbg_device *device, struct gbg_state *state,
+                        const struct gbg_batch *batch, const struct gbg_cuda_work *work, int law,
+                        int step)
+{
+    int status = GBG_OK;
+    if (law == GBG_CUDA_STORED) {
+        status = gbg_cuda_steps_follow(device, work);
+        status = status ? status : start_forces(device, state, batch);
+    }
+    status = status ? status : gbg_cuda_steps_move(device, work, law, step);
+    if (status == GBG_OK && batch->bridge) {
+        status = start_bridge(device, state, batch, work, step);
+    }
+    return status || !batch->contacts ? status : gbg_cuda_steps_part(device, work, step);
+}
+
 static int start_singles(struct gbg_device *device, struct gbg_state *state,
                          const struct gbg_batch *batch, const struct gbg_cuda_work *work, int law,
                          int steps)
@@ -201,11 +235,7 @@ static int start_singles(struct gbg_device *device, struct gbg_state *state,
     int status = GBG_OK;
     device->halt = &work->control->halt;
     for (int k = 0; k < steps && status == GBG_OK; k++) {
-        if (law == GBG_CUDA_STORED) {
-            status = gbg_cuda_steps_follow(device, work);
-            status = status ? status : start_forces(device, state, batch);
-        }
-        status = status ? status : gbg_cuda_steps_single(device, work, law, k);
+        status = start_single(device, state, batch, work, law, k);
     }
     device->halt = NULL;
     return status;
@@ -233,7 +263,7 @@ static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_
     struct gbg_cuda_control *result = &steps->result;
     struct gbg_cuda_work work;
     describe(steps, state, batch, at->law, &work);
-    int together = state->owned <= TOGETHER && at->law != GBG_CUDA_STORED;
+    int together = state->owned <= TOGETHER && at->law != GBG_CUDA_STORED && !batch->bridge;
     double before = at->renew ? 0.0 : result->displaced;
     *limit = choose_limit(at, steps, &work, batch->steps - batch->done, together);
     int status =
@@ -250,7 +280,7 @@ static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_
     if (status != GBG_OK) {
         return status;
     }
-    take(result, work.rounds.rule.virial_unit, batch);
+    take(result, work.rounds.rule.largest, work.rounds.rule.virial_unit, batch);
     at->turn = batch->contacts ? 0 : (at->turn + result->done) & 1;
     at->pace = result->done > 0 ? (result->displaced - before) / result->done : 0.0;
     at->renew = 0;

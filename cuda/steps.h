@@ -19,6 +19,9 @@ struct gbg_cuda_slot {
     unsigned long long displaced; /* the same since the lists were built, by high words */
     unsigned long long way;       /* since the start of the step, of the certificate */
     unsigned int rounds, faults;  /* faults: pairs that are too close */
+    /* the same of the rule bridge, where it comes before the rounds */
+    unsigned long long bridge_farthest, bridge_virial, bridge_pairs;
+    unsigned int bridge_sweeps, unused;
 };
 
 struct gbg_cuda_control {
@@ -56,6 +59,7 @@ struct gbg_cuda_work {
     /* hard cores */
     struct gbg_cuda_rounds rounds; /* sifted by high words */
     int64_t max_rounds;
+    int bridge; /* 1: the rule bridge comes before the rounds */
     struct gbg_exact exact;
     float close; /* squared distance by high words beyond which the certificate need not look */
     double certificate_slack;
@@ -74,9 +78,14 @@ int gbg_cuda_steps_begin(struct gbg_device *device, const struct gbg_cuda_work *
 int gbg_cuda_steps_together(struct gbg_device *device, const struct gbg_cuda_work *work, int law);
 /* Local coordinates of the list of forces, before stored forces are computed. */
 int gbg_cuda_steps_follow(struct gbg_device *device, const struct gbg_cuda_work *work);
-/* One step; GBG_CUDA_STORED: with the forces that are there. */
-int gbg_cuda_steps_single(struct gbg_device *device, const struct gbg_cuda_work *work, int law,
-                          int step);
+/* A step in two parts, between which the rule bridge may come: the move (GBG_CUDA_STORED: with the
+ * forces that are there), then the rounds. */
+int gbg_cuda_steps_move(struct gbg_device *device, const struct gbg_cuda_work *work, int law,
+                        int step);
+int gbg_cuda_steps_part(struct gbg_device *device, const struct gbg_cuda_work *work, int step);
+struct bridge_results;
+int gbg_cuda_steps_bridged(struct gbg_device *device, const struct gbg_cuda_work *work,
+                           const struct bridge_results *results, int64_t capacity, int step);
 /* The list's local coordinates from places. */
 int gbg_cuda_steps_unpack(struct gbg_device *device, const struct gbg_cuda_work *work, int turn);
 /* The coordinates before a step with hard cores. */

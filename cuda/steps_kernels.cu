@@ -95,12 +95,14 @@ static __global__ void __launch_bounds__(THREADS) together(const __grid_constant
     for (int step = 0; step < limit && !halted(control); step++) {
         advance<dimension, law, cores>(work, step);
         meet(control, generation, [&] { decide_advanced<cores>(work, step); });
-        if (cores && !halted(control)) {
-            find<dimension>(work, step, true);
-            meet(control, generation, [&] { decide_found(work, step, 0); });
-            part<dimension>(work, step, generation);
+        if (!cores || halted(control)) {
+            continue;
         }
-        if (cores && !halted(control)) {
+        find<dimension>(work, step, true);
+        certify<dimension>(work, step);
+        meet(control, generation, [&] { decide_looked(work, step); });
+        part<dimension>(work, step, generation);
+        if (!halted(control) && __ldcg(&control->done) == step) {
             certify<dimension>(work, step);
             meet(control, generation, [&] { decide_certified(work, step); });
         }
@@ -118,12 +120,13 @@ static __global__ void __launch_bounds__(THREADS)
 }
 
 template <int dimension>
-static __global__ void __launch_bounds__(THREADS)
-    find_alone(const __grid_constant__ work_t work, int step)
+static __global__ void __launch_bounds__(THREADS, 5)
+    look_alone(const __grid_constant__ work_t work, int step)
 {
     if (!halted(work.control)) {
         find<dimension>(work, step, true);
-        when_all_done(work.control, [&] { decide_found(work, step, 0); });
+        certify<dimension>(work, step);
+        when_all_done(work.control, [&] { decide_looked(work, step); });
     }
 }
 
@@ -141,9 +144,17 @@ template <int dimension>
 static __global__ void __launch_bounds__(THREADS)
     certify_alone(const __grid_constant__ work_t work, int step)
 {
-    if (!halted(work.control)) {
+    if (!halted(work.control) && __ldcg(&work.control->done) == step) {
         certify<dimension>(work, step);
         when_all_done(work.control, [&] { decide_certified(work, step); });
+    }
+}
+
+static __global__ void bridged(const __grid_constant__ work_t work,
+                               const struct bridge_results *results, int64_t capacity, int step)
+{
+    if (!halted(work.control)) {
+        decide_bridged(work, results, capacity, step);
     }
 }
 
@@ -274,23 +285,34 @@ int gbg_cuda_steps_unpack(struct gbg_device *device, const struct gbg_cuda_work 
     return gbg_cuda_started(device, "places of a step");
 }
 
-int gbg_cuda_steps_single(struct gbg_device *device, const struct gbg_cuda_work *work, int law,
-                          int step)
+int gbg_cuda_steps_move(struct gbg_device *device, const struct gbg_cuda_work *work, int law,
+                        int step)
 {
-    unsigned blocks = gbg_cuda_blocks(work->state.owned, THREADS);
     bool flat = work->state.box.dimension == 2, cores = work->contacts.n > 0;
     of_step kernel = flat    ? cores ? choose_advance<2, true>(law) : choose_advance<2, false>(law)
                         : cores ? choose_advance<3, true>(law)
                              : choose_advance<3, false>(law);
-    kernel<<<blocks, THREADS, 0, device->stream>>>(*work, step);
-    int status = gbg_cuda_started(device, "a step");
-    if (status != GBG_OK || !cores) {
-        return status;
-    }
-    (flat ? find_alone<2> : find_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work, step);
+    kernel<<<gbg_cuda_blocks(work->state.owned, THREADS), THREADS, 0, device->stream>>>(*work,
+                                                                                        step);
+    return gbg_cuda_started(device, "a step");
+}
+
+int gbg_cuda_steps_bridged(struct gbg_device *device, const struct gbg_cuda_work *work,
+                           const struct bridge_results *results, int64_t capacity, int step)
+{
+    bridged<<<1, 1, 0, device->stream>>>(*work, results, capacity, step);
+    return gbg_cuda_started(device, "the rule bridge in a step");
+}
+
+int gbg_cuda_steps_part(struct gbg_device *device, const struct gbg_cuda_work *work, int step)
+{
+    unsigned blocks = gbg_cuda_blocks(work->state.owned, THREADS);
+    bool flat = work->state.box.dimension == 2;
+    (flat ? look_alone<2> : look_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work, step);
     void *arguments[] = {(void *)work, &step};
-    status = start_at_once(device, flat ? (const void *)part_alone<2> : (const void *)part_alone<3>,
-                           THREADS, work->state.owned, arguments);
+    int status =
+        start_at_once(device, flat ? (const void *)part_alone<2> : (const void *)part_alone<3>,
+                      THREADS, work->state.owned, arguments);
     if (status == GBG_OK) {
         (flat ? certify_alone<2> : certify_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work,
                                                                                              step);

@@ -6,6 +6,7 @@
 
 #include "backend/cpu/certify_pair.h"
 #include "backend/cpu/exact_pair.h"
+#include "cuda/bridge.h"
 #include "cuda/places.h"
 #include "cuda/steps.h"
 
@@ -202,6 +203,12 @@ static __device__ void advance(const work_t &work, int step)
         }
         struct gbg_cuda_move made =
             gbg_cuda_step<dimension>(work.state, work.euler, number, i, force, &slot->moves);
+        if (cores && work.bridge) { /* its screen reads them */
+            for (int a = 0; a < dimension; a++) {
+                work.contacts.local[a][i] = gbg_cuda_local(
+                    work.state.high[a][i], work.state.low[a][i], work.contacts.shift[a]);
+            }
+        }
         most.drift = fmax(most.drift, made.drift);
         most.noise = fmax(most.noise, made.noise);
         most.total = fmax(most.total, made.total);
@@ -298,6 +305,23 @@ static __device__ void decide_applied(const work_t &work, int step)
     }
 }
 
+/* After the rule bridge: it has done nothing if it found more pairs than it has memory for. */
+static __device__ void decide_bridged(const work_t &work, const struct bridge_results *results,
+                                      int64_t capacity, int step)
+{
+    control_t *control = work.control;
+    slot_t *slot = &control->slot[step];
+    slot->bridge_farthest = results->largest;
+    slot->bridge_virial = results->virial;
+    slot->bridge_pairs = results->pairs;
+    slot->bridge_sweeps = results->sweeps;
+    if (results->found > (unsigned long long)capacity) {
+        halt(control, 1, 0);
+    } else if (!(control->displaced + root_of_bits(results->largest) <= work.slack)) {
+        halt(control, 1, 1);
+    }
+}
+
 /* Pairs of particle i that are too close. */
 template <int dimension>
 static __device__ __forceinline__ unsigned int faults_of(const work_t &work, int64_t i)
@@ -381,6 +405,20 @@ static __device__ void decide_certified(const work_t &work, int step)
     control->displaced = drifted;
     if (drifted + root_of_bits(__ldcg(&slot->moves.total)) > work.slack) {
         halt(control, 0, 1);
+    }
+}
+
+/* After a first look and a certificate made with it: if nobody overlaps that is the end of the
+ * step, else it is void. */
+static __device__ void decide_looked(const work_t &work, int step)
+{
+    slot_t *slot = &work.control->slot[step];
+    decide_found(work, step, 0);
+    if (work.control->parted && !work.control->halt) {
+        decide_certified(work, step);
+    } else {
+        slot->way = slot->displaced = 0;
+        slot->faults = 0;
     }
 }
 

@@ -107,7 +107,7 @@ struct gbg_certificate {
 };
 
 /* Many Brownian steps of one plan, made without asking the host in between: cut-off forces, noise,
- * and, where there are hard cores, rounds and the certificate. */
+ * and, where there are hard cores, the rule bridge, rounds and the certificate. */
 enum { GBG_BATCH_FORCES = 8 };
 struct gbg_batch {
     int64_t steps;  /* to be made */
@@ -119,6 +119,7 @@ struct gbg_batch {
     double power[GBG_BATCH_FORCES], cutoff[GBG_BATCH_FORCES];
     struct gbg_contacts rule; /* what is asked for; out: sums over the steps made, the virial added
                                  to what was there */
+    int bridge;               /* 1: the rule bridge comes before the rounds */
     double certified;         /* relative distance below contact that the certificate allows */
     double moved;             /* largest move of the step before; out: of the last one */
     int64_t done; /* out: steps made; fewer: the next one needs what a batch has not, as a

@@ -7,11 +7,8 @@
 /* Whether every step of the plan is one that a batch knows. */
 static int has_batches(const struct gbg_engine *engine)
 {
-    int rule = engine->scene.rule;
-    int by_rounds = rule == GBG_RULE_NONE || rule == GBG_RULE_BOUNCE || rule == GBG_RULE_CONTACT ||
-                    rule == GBG_RULE_CARTER;
-    return engine->kernels->steps && by_rounds && gbg_engine_is_short_range(engine) &&
-           engine->scene.dynamics == GBG_DYNAMICS_BROWNIAN &&
+    return engine->kernels->steps && engine->scene.rule != GBG_RULE_EVENT &&
+           gbg_engine_is_short_range(engine) && engine->scene.dynamics == GBG_DYNAMICS_BROWNIAN &&
            engine->scene.n_forces <= GBG_BATCH_FORCES;
 }
 

@@ -179,6 +179,7 @@ void gbg_step_contacts_ask(const struct gbg_engine *engine, struct gbg_batch *ba
 {
     batch->contacts = engine->contacts;
     batch->certified = certified;
+    batch->bridge = engine->scene.rule == GBG_RULE_BRIDGE;
     batch->rule = (struct gbg_contacts){.parting = parting_of(engine->scene.rule),
                                         .max_rounds = engine->scene.max_rounds,
                                         .tolerance = of_rules,

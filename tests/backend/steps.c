@@ -21,6 +21,10 @@ static const struct run runs[] = {
     {"C3 short", 2, GBG_RULE_BOUNCE, 2, 60, 200, 1.04, 6, 2.5, 0.01, 0.01},
     {"C3 short, carter", 2, GBG_RULE_CARTER, 2, 40, 100, 1.04, 6, 2.5, 0.01, 0.01},
     {"C4 short", 2, GBG_RULE_BOUNCE, 2, 60, 400, 3.0, 6, 2.5, 0.01, 0.01},
+    {"C3 short, bridge", 2, GBG_RULE_BRIDGE, 2, 60, 200, 1.04, 6, 2.5, 0.01, 0.01},
+    {"C4 short, bridge", 2, GBG_RULE_BRIDGE, 2, 60, 400, 3.0, 6, 2.5, 0.01, 0.01},
+    {"hard spheres, bridge", 3, GBG_RULE_BRIDGE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01},
+    {"two forces", 2, GBG_RULE_BOUNCE, 2, 40, 100, 1.2, 3, 2.5, 0.001, 0.01},
     {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01},
 };
 
