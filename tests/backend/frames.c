@@ -78,7 +78,7 @@ static struct gbg_scene discs(int dimension, int images, int overlap, int is_dou
     }
     scene.n_forces = 1;
     scene.force[0] = (struct gbg_force){.power = 6.0, .sum = GBG_SUM_CUTOFF, .cutoff = 2.5};
-    scene.dt = 0.001;
+    scene.dt = 0.01;
     scene.unwrapped = images;
     scene.overlap = overlap;
     scene.output_double = is_double;
