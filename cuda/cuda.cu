@@ -91,7 +91,7 @@ static int probe(struct gbg_context *context)
         return status;
     }
     if (context->device >= count) {
-        return gbg_fail(context, GBG_E_NAME,
+        return gbg_fail(context, GBG_E_UNBUILT,
                         "backend cuda: there is no GPU %d; there %s %d, counted from 0",
                         context->device, count == 1 ? "is" : "are", count);
     }

@@ -302,7 +302,7 @@ static void devices_are_chosen(void **state)
     assert_int_equal(gbg_context_backend(context, &name, NULL, NULL), GBG_OK);
     assert_string_equal(name, "cpu");
     gbg_context_destroy(&context);
-    assert_int_equal(gbg_context_create("cuda:1000", &context), GBG_E_NAME);
+    assert_int_equal(gbg_context_create("cuda:1000", &context), GBG_E_UNBUILT);
     assert_non_null(strstr(gbg_message(NULL), "no GPU 1000"));
     context = made_context("auto:1000");
     assert_int_equal(gbg_context_backend(context, &name, NULL, NULL), GBG_OK);
