@@ -80,14 +80,7 @@ static struct gbg_scene scene_of(struct gbg_context *context, int rule, int n_fo
 
 static char directory[] = "/tmp/gbg_lost_XXXXXX";
 
-static const char *path_of(const char *name)
-{
-    static char path[2][128];
-    static int next;
-    next = (next + 1) % 2;
-    snprintf(path[next], sizeof path[next], "%s/%s", directory, name);
-    return path[next];
-}
+static char lost_path[64], whole_path[64], restart_path[64];
 
 static unsigned char *content(const char *path, size_t *bytes)
 {
@@ -140,7 +133,7 @@ static void all_calls_say(struct gbg_engine *gpu)
     for (int call = 0; call < 5; call++) {
         int status = call == 1   ? gbg_engine_decode(gpu, 1, 0, x, 1)
                      : call == 2 ? gbg_engine_digest(gpu, text)
-                     : call == 3 ? gbg_engine_save(gpu, path_of("r.restart"))
+                     : call == 3 ? gbg_engine_save(gpu, restart_path)
                                  : gbg_engine_advance(gpu, 1);
         const char *words = strstr(gbg_message(gpu->context), "cuda:0: ");
         assert_int_equal(status, GBG_E_DEVICE);
@@ -151,7 +144,7 @@ static void all_calls_say(struct gbg_engine *gpu)
         assert_string_equal(words, first);
     }
     assert_int_equal(gpu->step, step);
-    assert_int_not_equal(access(path_of("r.restart"), F_OK), 0);
+    assert_int_not_equal(access(restart_path, F_OK), 0);
 }
 
 /* A run with frames on a card that goes away at the n-th call. 1: it did not come to that. */
@@ -194,7 +187,7 @@ static unsigned char *whole_file(int rule, int n_forces, int frames, size_t *byt
     struct gbg_scene scene = scene_of(context, rule, n_forces);
     struct gbg_engine *engine = made_engine(&scene, &made);
     struct gbg_trajectory *trajectory;
-    const char *path = path_of("whole.nc");
+    const char *path = whole_path;
     good(context, gbg_trajectory_create(engine, path, &trajectory));
     for (int f = 0; f < frames; f++) {
         good(context, gbg_trajectory_append(trajectory, engine));
@@ -215,7 +208,7 @@ static void lose_everywhere(int rule, int n_forces)
     free(whole_file(rule, n_forces, FRAMES - 1, &shorter));
     struct gbg_context *context = made_context("cuda:0");
     struct gbg_scene scene = scene_of(context, rule, n_forces);
-    const char *path = path_of("lost.nc");
+    const char *path = lost_path;
     int64_t runs = 0, frames = 0, most = 0;
     for (int64_t n = 1, whole_run = 0; !whole_run; n++, runs++) {
         whole_run = run_until_lost(scene, n, path);
@@ -271,7 +264,11 @@ static void a_fault_in_a_kernel(void **state)
 static int start(void **state)
 {
     (void)state;
-    return mkdtemp(directory) ? 0 : -1;
+    char *made_folder = mkdtemp(directory);
+    snprintf(lost_path, sizeof lost_path, "%s/lost.nc", directory);
+    snprintf(whole_path, sizeof whole_path, "%s/whole.nc", directory);
+    snprintf(restart_path, sizeof restart_path, "%s/r.restart", directory);
+    return made_folder ? 0 : -1;
 }
 
 static int stop(void **state)
