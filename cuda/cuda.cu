@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "cuda/frame.h"
 #include "cuda/kernels.h"
 #include "cuda/list.h"
 
@@ -90,7 +91,7 @@ static int probe(struct gbg_context *context)
         return status;
     }
     if (context->device >= count) {
-        return gbg_fail(context, GBG_E_NAME,
+        return gbg_fail(context, GBG_E_UNBUILT,
                         "backend cuda: there is no GPU %d; there %s %d, counted from 0",
                         context->device, count == 1 ? "is" : "are", count);
     }
@@ -240,6 +241,16 @@ int gbg_cuda_allocate(struct gbg_device *device, void **pointer, int64_t count, 
     return gbg_cuda_status(device, error, what);
 }
 
+void gbg_cuda_free(int number, void *pointer)
+{
+    if (pointer) {
+        cudaSetDevice(number);
+        cudaFree(pointer);
+        cudaGetLastError();
+        __atomic_fetch_sub(&live, 1, __ATOMIC_RELAXED);
+    }
+}
+
 /* Freed memory may be had by other streams at once: nothing may still work on it. */
 void gbg_cuda_release(struct gbg_device *device, void *pointer, int64_t count, size_t size)
 {
@@ -248,9 +259,7 @@ void gbg_cuda_release(struct gbg_device *device, void *pointer, int64_t count, s
     if (pointer) {
         cudaSetDevice(device->number);
         cudaStreamSynchronize(device->stream);
-        cudaFree(pointer);
-        cudaGetLastError();
-        __atomic_fetch_sub(&live, 1, __ATOMIC_RELAXED);
+        gbg_cuda_free(device->number, pointer);
     }
 }
 
@@ -369,6 +378,9 @@ extern "C" const struct gbg_backend gbg_backend_cuda = {
     .upload = upload,
     .download = download,
     .sync = sync,
+    .frame_begin = gbg_cuda_frame_begin,
+    .frame_wait = gbg_cuda_frame_wait,
+    .frame_release = gbg_cuda_frame_release,
     .expect = NULL,
     .scratch_bytes = scratch_bytes,
     .kernels = kernels,

@@ -45,6 +45,8 @@ int gbg_cuda_use(struct gbg_device *device);
 int gbg_cuda_allocate(struct gbg_device *device, void **pointer, int64_t count, size_t size,
                       const char *what);
 void gbg_cuda_release(struct gbg_device *device, void *pointer, int64_t count, size_t size);
+/* The same for memory that outlives its device, of the GPU of that number; waits for nothing. */
+void gbg_cuda_free(int number, void *pointer);
 /* An array of at least `count` elements, kept with its capacity; what it held is lost if it grows.
  */
 int gbg_cuda_grow(struct gbg_device *device, void **pointer, int64_t *capacity, int64_t count,

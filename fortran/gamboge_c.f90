@@ -354,6 +354,16 @@ module gamboge_c
          type(c_ptr), value :: trajectory, engine
       end function gbg_trajectory_append
 
+      integer(c_int) function gbg_trajectory_append_begin(trajectory, engine) bind(c)
+         import
+         type(c_ptr), value :: trajectory, engine
+      end function gbg_trajectory_append_begin
+
+      integer(c_int) function gbg_trajectory_append_end(trajectory) bind(c)
+         import
+         type(c_ptr), value :: trajectory
+      end function gbg_trajectory_append_end
+
       integer(c_int) function gbg_trajectory_open(context, path, trajectory) bind(c)
          import
          type(c_ptr), value :: context

@@ -6,8 +6,9 @@ module gamboge_trajectory
       c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
    use gamboge_c, only: gbg_e_argument, gbg_e_order, gbg_ok, gbg_trajectory_append, &
-      gbg_trajectory_continue, gbg_trajectory_create, gbg_trajectory_destroy, &
-      gbg_trajectory_diameters, gbg_trajectory_frame, gbg_trajectory_images, &
+      gbg_trajectory_append_begin, gbg_trajectory_append_end, gbg_trajectory_continue, &
+      gbg_trajectory_create, gbg_trajectory_destroy, gbg_trajectory_diameters, &
+      gbg_trajectory_frame, gbg_trajectory_images, &
       gbg_trajectory_is_double, gbg_trajectory_is_hard, gbg_trajectory_open, &
       gbg_trajectory_overlapped, &
       gbg_trajectory_positions, gbg_trajectory_size, gbg_trajectory_species, &
@@ -30,6 +31,8 @@ module gamboge_trajectory
       procedure, public :: create => trajectory_create
       procedure, public :: continue => trajectory_continue
       procedure, public :: append => trajectory_append
+      procedure, public :: append_begin => trajectory_append_begin
+      procedure, public :: append_end => trajectory_append_end
       procedure, public :: open => trajectory_open
       procedure, public :: destroy => trajectory_destroy
       generic, public :: get_size => size_int32, size_int64
@@ -139,7 +142,25 @@ contains
                   errmsg)
    end subroutine trajectory_append
 
-   ! Closes the file. Twice is allowed.
+   ! The same, but the frame may be written while the engine goes on; a later call says if it failed.
+   subroutine trajectory_append_begin(self, engine, stat, errmsg)
+      class(gbg_trajectory_t), intent(inout) :: self
+      type(gbg_engine_t), intent(in) :: engine
+      integer, intent(out), optional :: stat
+      character(*), intent(inout), optional :: errmsg
+      call report(self%context, gbg_trajectory_append_begin(self%handle, engine_handle(engine)), &
+                  stat, errmsg)
+   end subroutine trajectory_append_begin
+
+   ! Waits until the frames that were begun are on the disc.
+   subroutine trajectory_append_end(self, stat, errmsg)
+      class(gbg_trajectory_t), intent(inout) :: self
+      integer, intent(out), optional :: stat
+      character(*), intent(inout), optional :: errmsg
+      call report(self%context, gbg_trajectory_append_end(self%handle), stat, errmsg)
+   end subroutine trajectory_append_end
+
+   ! Closes the file. Twice is allowed. What became of frames that were begun is said by append_end.
    subroutine trajectory_destroy(self)
       class(gbg_trajectory_t), intent(inout) :: self
       integer(c_int) :: status

@@ -101,25 +101,50 @@ int gbg_trajectory_continue(struct gbg_engine *engine, const char *path,
     return write_to(engine, path, "gbg_trajectory_continue", gbg_writer_continue, trajectory);
 }
 
-int gbg_trajectory_append(struct gbg_trajectory *trajectory, struct gbg_engine *engine)
+typedef int (*add_frame)(struct gbg_writer *, struct gbg_engine *, const struct gbg_engine_view *);
+
+static int check_writing(const struct gbg_trajectory *trajectory, const char *call)
 {
-    static const char call[] = "gbg_trajectory_append";
     if (!trajectory) {
         return missing(NULL, call, "trajectory");
     }
-    if (!engine) {
+    return trajectory->writer ? GBG_OK
+                              : gbg_fail(trajectory->context, GBG_E_ORDER,
+                                         "%s: the trajectory was opened to be read", call);
+}
+
+static int add_to(struct gbg_trajectory *trajectory, struct gbg_engine *engine, const char *call,
+                  add_frame add)
+{
+    struct gbg_engine_view view;
+    if (trajectory && !engine) {
         return missing(trajectory->context, call, "engine");
     }
-    if (!trajectory->writer) {
-        return gbg_fail(trajectory->context, GBG_E_ORDER,
-                        "%s: the trajectory was opened to be read", call);
+    int status = check_writing(trajectory, call);
+    if (status != GBG_OK) {
+        return status;
     }
-    struct gbg_engine_view view;
-    int status = gbg_engine_look(engine, &view);
-    if (status == GBG_OK) {
-        status = gbg_writer_append(trajectory->writer, engine, &view);
-    }
+    status = gbg_engine_look(engine, &view);
+    status = status ? status : add(trajectory->writer, engine, &view);
     return named(trajectory->context, status, call);
+}
+
+int gbg_trajectory_append(struct gbg_trajectory *trajectory, struct gbg_engine *engine)
+{
+    return add_to(trajectory, engine, "gbg_trajectory_append", gbg_writer_append);
+}
+
+int gbg_trajectory_append_begin(struct gbg_trajectory *trajectory, struct gbg_engine *engine)
+{
+    return add_to(trajectory, engine, "gbg_trajectory_append_begin", gbg_writer_begin);
+}
+
+int gbg_trajectory_append_end(struct gbg_trajectory *trajectory)
+{
+    static const char call[] = "gbg_trajectory_append_end";
+    int status = check_writing(trajectory, call);
+    return status ? status
+                  : named(trajectory->context, gbg_writer_settle(trajectory->writer), call);
 }
 
 int gbg_trajectory_open(struct gbg_context *context, const char *path,
@@ -144,13 +169,15 @@ int gbg_trajectory_open(struct gbg_context *context, const char *path,
 
 int gbg_trajectory_destroy(struct gbg_trajectory **trajectory)
 {
+    int status = GBG_OK;
     if (trajectory && *trajectory) {
-        gbg_writer_close((*trajectory)->writer);
+        status = named((*trajectory)->context, gbg_writer_close((*trajectory)->writer),
+                       "gbg_trajectory_destroy");
         gbg_reader_close((*trajectory)->reader);
         gbg_release(*trajectory);
         *trajectory = NULL;
     }
-    return GBG_OK;
+    return status;
 }
 
 static struct gbg_writer_size size_of(const struct gbg_trajectory *trajectory)

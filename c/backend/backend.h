@@ -10,6 +10,7 @@
 
 struct gbg_context;
 struct gbg_device; /* a backend's own body: threads or a GPU, scratch */
+struct gbg_slot;   /* a backend's own body: a copy of a state on its way to the host */
 
 enum { GBG_SPECIES_MAX = 10 };
 
@@ -278,6 +279,15 @@ struct gbg_backend {
     int (*upload)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*download)(struct gbg_device *device, void *to, const void *from, size_t bytes);
     int (*sync)(struct gbg_device *device);
+    /* May be NULL, all three. Copies of states for output, made while later kernels run. begin
+     * takes the state as it is at this point in the order of kernels, with image counts and overlap
+     * flags or without; *slot is NULL or an earlier one that nobody reads any more, and is made to
+     * fit. wait, which any thread may call, gives a sentence or NULL when the frame is there, until
+     * the next begin. Slots outlive the device and belong to the caller. */
+    int (*frame_begin)(struct gbg_device *device, const struct gbg_state *state, int images,
+                       int overlapped, struct gbg_slot **slot);
+    const char *(*frame_wait)(struct gbg_slot *slot, struct gbg_frame *frame);
+    void (*frame_release)(struct gbg_slot *slot);
     /* May be NULL. Tells the device, before it makes lists, that no kernel of the scene works on
      * all pairs of its n particles: unless the caller named a number of threads, it takes fewer
      * where starting them costs more than it saves. */

@@ -69,7 +69,7 @@ int gbg_complain(int exit_status, const char *format, ...) __attribute__((format
 int gbg_complain_library(int exit_status, const struct gbg_context *context);
 
 /* What the program ends with after a refusal of its input that had this status: bad use, unless
- * memory or the GPU failed. */
+ * memory or the GPU failed, or what was asked for is not in this build or this machine. */
 int gbg_exit_of(int status);
 
 /* A context of the default backend whose warnings go to stderr; backend NULL: auto, threads 0: the

@@ -30,7 +30,7 @@ int gbg_complain_library(int exit_status, const struct gbg_context *context)
 
 int gbg_exit_of(int status)
 {
-    int failed = status < 0 || status == GBG_E_MEMORY;
+    int failed = status < 0 || status == GBG_E_MEMORY || status == GBG_E_UNBUILT;
     return failed ? GBG_EXIT_FAILED : status == GBG_OK ? GBG_EXIT_DONE : GBG_EXIT_USE;
 }
 

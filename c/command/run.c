@@ -85,8 +85,9 @@ static int load_restart(const struct gbg_arguments *arguments, struct job *job)
     if (!path) {
         return GBG_EXIT_DONE;
     }
-    if (gbg_engine_load(job->session.engine, path) != GBG_OK) {
-        return gbg_complain_library(GBG_EXIT_USE, job->session.context);
+    int loaded = gbg_engine_load(job->session.engine, path);
+    if (loaded != GBG_OK) {
+        return gbg_complain_library(gbg_exit_of(loaded), job->session.context);
     }
     job->first = present_step(job);
     if (job->first >= job->steps) {
@@ -123,10 +124,24 @@ static int open_trajectory(struct job *job, int restarted)
     return status ? gbg_complain_library(GBG_EXIT_FAILED, session->context) : GBG_EXIT_DONE;
 }
 
+/* Waits for frames that are still being written. */
+static int settle(struct job *job)
+{
+    if (job->trajectory && gbg_trajectory_append_end(job->trajectory) != GBG_OK) {
+        return gbg_complain_library(GBG_EXIT_FAILED, job->session.context);
+    }
+    return GBG_EXIT_DONE;
+}
+
+/* A run that goes on from the file finds every frame up to it. */
 static int save_restart(struct job *job, int64_t step)
 {
     if (!job->restart[0] || job->saved_at == step) {
         return GBG_EXIT_DONE;
+    }
+    int status = settle(job);
+    if (status) {
+        return status;
     }
     if (gbg_engine_save(job->session.engine, job->restart) != GBG_OK) {
         return gbg_complain_library(GBG_EXIT_FAILED, job->session.context);
@@ -144,7 +159,7 @@ static int64_t next_multiple(int64_t step, int64_t every, int64_t limit)
 static int write_outputs(struct job *job, int64_t step)
 {
     if (job->trajectory && step % job->frame_every == 0 &&
-        gbg_trajectory_append(job->trajectory, job->session.engine) != GBG_OK) {
+        gbg_trajectory_append_begin(job->trajectory, job->session.engine) != GBG_OK) {
         return gbg_complain_library(GBG_EXIT_FAILED, job->session.context);
     }
     if (job->restart_every > 0 && step % job->restart_every == 0) {
@@ -189,13 +204,17 @@ static int advance(struct job *job)
         step = present_step(job);
         if (made != GBG_OK) {
             gbg_progress_end(&progress);
-            return gbg_complain_library(GBG_EXIT_FAILED, job->session.context);
+            gbg_complain_library(GBG_EXIT_FAILED, job->session.context);
+            settle(job);
+            return GBG_EXIT_FAILED;
         }
         status = write_outputs(job, step);
         gbg_progress_show(&progress, step);
     }
-    job->seconds = gbg_clock() - progress.started;
     gbg_progress_end(&progress);
+    int written = settle(job);
+    status = status ? status : written;
+    job->seconds = gbg_clock() - progress.started;
     if (status == GBG_EXIT_DONE && step < job->steps) {
         return interrupted(job, step);
     }

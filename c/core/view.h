@@ -1,4 +1,4 @@
-/* L0: a view of the caller's coordinates: base addresses and one step in elements. */
+/* L0: views: the caller's coordinates as base addresses and one step in elements; a frame. */
 #ifndef GBG_CORE_VIEW_H
 #define GBG_CORE_VIEW_H
 
@@ -10,6 +10,13 @@ struct gbg_points {
     int64_t n;
     const double *base[3];
     ptrdiff_t step;
+};
+
+/* A copy of a state for output, in host memory: n values an axis, in the order of ids. */
+struct gbg_frame {
+    const uint64_t *fraction[3]; /* coordinates as fractions of the box */
+    const int32_t *image[3];     /* NULL: not asked for */
+    const int32_t *overlapped;   /* NULL: not asked for */
 };
 
 static inline double gbg_point(const struct gbg_points *points, int axis, int64_t i)

@@ -58,3 +58,31 @@ int gbg_engine_look(struct gbg_engine *engine, struct gbg_engine_view *view)
     };
     return status;
 }
+
+int gbg_engine_copies_ahead(const struct gbg_engine *engine)
+{
+    return engine->backend->frame_begin != NULL;
+}
+
+int gbg_engine_copy_begin(struct gbg_engine *engine, int images, int overlap, struct gbg_copy *copy)
+{
+    if (copy->backend != engine->backend) {
+        gbg_copy_release(copy);
+        copy->backend = engine->backend;
+    }
+    return engine->backend->frame_begin(engine->device, &engine->state, images, overlap,
+                                        &copy->slot);
+}
+
+const char *gbg_copy_wait(const struct gbg_copy *copy, struct gbg_frame *frame)
+{
+    return copy->backend->frame_wait(copy->slot, frame);
+}
+
+void gbg_copy_release(struct gbg_copy *copy)
+{
+    if (copy->slot) {
+        copy->backend->frame_release(copy->slot);
+    }
+    copy->slot = NULL;
+}

@@ -9,6 +9,9 @@
 struct gbg_engine;
 struct gbg_context;
 struct gbg_scene;
+struct gbg_frame;
+struct gbg_backend;
+struct gbg_slot;
 
 struct gbg_engine_view {
     struct gbg_context *context;
@@ -30,6 +33,23 @@ int gbg_engine_look(struct gbg_engine *engine, struct gbg_engine_view *view)
 int gbg_engine_copy_fractions(struct gbg_engine *engine, int axis, uint64_t *fraction);
 int gbg_engine_copy_images(struct gbg_engine *engine, int axis, int32_t *image);
 int gbg_engine_copy_overlap(struct gbg_engine *engine, int32_t *flag);
+/* A copy of a state that its backend makes while the engine goes on. All zero: none yet. It may
+ * outlive the engine. */
+struct gbg_copy {
+    const struct gbg_backend *backend;
+    struct gbg_slot *slot;
+};
+/* 1 if the backend makes such copies; else the state is there to be read at any time. */
+int gbg_engine_copies_ahead(const struct gbg_engine *engine);
+/* Takes the present state, with images and overlap flags or without; nobody may read an earlier
+ * frame of this copy any more. */
+int gbg_engine_copy_begin(struct gbg_engine *engine, int images, int overlap,
+                          struct gbg_copy *copy);
+/* NULL when the frame is there, good until the copy is begun again or released; else what went
+ * wrong. For any thread. */
+const char *gbg_copy_wait(const struct gbg_copy *copy, struct gbg_frame *frame);
+void gbg_copy_release(struct gbg_copy *copy);
+
 /* Forces at the present positions for all axes (dimension pointers). */
 int gbg_engine_copy_forces(struct gbg_engine *engine, double *const *force);
 

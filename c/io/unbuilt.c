@@ -48,15 +48,28 @@ int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine,
     return refuse(view->context, "a trajectory");
 }
 
+int gbg_writer_begin(struct gbg_writer *writer, struct gbg_engine *engine,
+                     const struct gbg_engine_view *view)
+{
+    return gbg_writer_append(writer, engine, view);
+}
+
+int gbg_writer_settle(struct gbg_writer *writer)
+{
+    (void)writer;
+    return GBG_OK;
+}
+
 void gbg_writer_look(const struct gbg_writer *writer, struct gbg_writer_size *size)
 {
     (void)writer;
     *size = (struct gbg_writer_size){0};
 }
 
-void gbg_writer_close(struct gbg_writer *writer)
+int gbg_writer_close(struct gbg_writer *writer)
 {
     (void)writer;
+    return GBG_OK;
 }
 
 void gbg_reader_close(struct gbg_reader *reader)

@@ -2,8 +2,6 @@
  * ourselves, because netCDF's library gives no command of what reaches the disc when. Order of an
  * append: record, sync, number of records, sync; so the file never counts a record that is not
  * whole on the disc. */
-#include "io/writer.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -14,207 +12,79 @@
 #include "core/memory.h"
 #include "core/text.h"
 #include "engine/view.h"
-#include "io/classic.h"
-#include "io/definition.h"
 #include "io/reader.h"
+#include "io/writer_body.h"
 #include "scene/scene.h"
 
-enum { CHUNK = 4096, RECORDS_OFFSET = 4, TEMPORARY_BYTES = GBG_PATH_CAPACITY + 64 };
+enum { CHUNK = GBG_WRITER_CHUNK, RECORDS_OFFSET = 4, TEMPORARY_BYTES = GBG_WRITER_TEMPORARY };
 static const int64_t most_frames = INT64_C(0xfffffffe); /* all ones means streaming */
-static const int32_t fill_int = -2147483647;            /* netCDF's mark of a missing int */
-
-struct gbg_writer {
-    struct gbg_context *context;
-    char path[GBG_PATH_CAPACITY], temporary[TEMPORARY_BYTES]; /* temporary "": has its name */
-    int descriptor;                                           /* -1: none */
-    struct gbg_writer_size size;
-    int has_images, has_overlap;
-    struct gbg_classic header;
-    struct gbg_classic_variable variable[GBG_FRAME_VARIABLES];
-    double last_step; /* of the frames so far, -1 without any */
-    uint64_t *copy;   /* n values an axis: what the engine hands over */
-    unsigned char *chunk;
-};
-
-static void put_bits(unsigned char *to, uint64_t bits, int bytes)
-{
-    for (int k = bytes - 1; k >= 0; k--) {
-        to[k] = (unsigned char)bits;
-        bits >>= 8;
-    }
-}
-
-static void put_double(unsigned char *to, double value)
-{
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    put_bits(to, bits, 8);
-}
-
-static void put_float(unsigned char *to, float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    put_bits(to, bits, 4);
-}
-
-static int write_failed(struct gbg_writer *writer, int number)
-{
-    char text[GBG_ERROR_TEXT];
-    return gbg_fail(writer->context, GBG_E_FILE,
-                    "%s: cannot write frame %" PRId64 ": %s (the "
-                    "frames before it are safe)",
-                    writer->path, writer->size.frames, gbg_file_error(number, text));
-}
-
-/* Writes bytes of the frame in flight, `skip` bytes into a variable. */
-static int put(struct gbg_writer *writer, int v, int64_t skip, const void *data, size_t bytes)
-{
-    int64_t offset = gbg_classic_offset(&writer->header, &writer->variable[v], writer->size.frames);
-    int number = gbg_file_write(writer->descriptor, data, bytes, offset + skip);
-    return number ? write_failed(writer, number) : GBG_OK;
-}
-
-static int put_reals(struct gbg_writer *writer, int v, const double *values, int n)
-{
-    unsigned char raw[3 * 8];
-    for (int k = 0; k < n; k++) {
-        put_double(raw + 8 * k, values[k]);
-    }
-    return put(writer, v, 0, raw, (size_t)n * 8);
-}
-
-static int put_step(struct gbg_writer *writer, uint64_t step)
-{
-    unsigned char raw[4];
-    double number = (double)step;
-    int32_t fits = step <= INT32_MAX ? (int32_t)step : fill_int;
-    put_bits(raw, (uint32_t)fits, 4);
-    int status = put(writer, GBG_FRAME_STEP, 0, raw, sizeof raw);
-    return status == GBG_OK ? put_reals(writer, GBG_FRAME_STEP_NUMBER, &number, 1) : status;
-}
-
-/* In two dimensions the box gets a height: neighbour searches of readers fail without. */
-static int put_box(struct gbg_writer *writer, const struct gbg_box *box)
-{
-    static const double right_angles[3] = {90.0, 90.0, 90.0};
-    double length[3], origin[3] = {0.0, 0.0, 0.0};
-    memcpy(length, box->length, sizeof length);
-    memcpy(origin, box->origin, sizeof origin);
-    if (box->dimension == 2) {
-        length[2] = length[0] > length[1] ? length[0] : length[1];
-        origin[2] = 0.0;
-    }
-    int status = put_reals(writer, GBG_FRAME_ORIGIN, origin, 3);
-    if (status == GBG_OK) {
-        status = put_reals(writer, GBG_FRAME_LENGTHS, length, 3);
-    }
-    return status == GBG_OK ? put_reals(writer, GBG_FRAME_ANGLES, right_angles, 3) : status;
-}
-
-static size_t pack_coordinates(const struct gbg_writer *writer, const struct gbg_box *box,
-                               int64_t first, int64_t m)
-{
-    int bytes = writer->size.is_double ? 8 : 4;
-    unsigned char *to = writer->chunk;
-    for (int64_t i = first; i < first + m; i++) {
-        for (int a = 0; a < 3; a++, to += bytes) {
-            const uint64_t *fraction = writer->copy + a * writer->size.particles;
-            double r = a < box->dimension ? gbg_box_decode(box, a, fraction[i]) : 0.0;
-            if (bytes == 8) {
-                put_double(to, r);
-            } else {
-                put_float(to, (float)r);
-            }
-        }
-    }
-    return (size_t)(to - writer->chunk);
-}
 
 static int put_coordinates(struct gbg_writer *writer, struct gbg_engine *engine,
                            const struct gbg_box *box)
 {
-    int64_t n = writer->size.particles, done = 0;
+    const uint64_t *fraction[3] = {NULL, NULL, NULL};
     int status = GBG_OK;
     for (int a = 0; a < box->dimension && status == GBG_OK; a++) {
-        status = gbg_engine_copy_fractions(engine, a, writer->copy + a * n);
+        uint64_t *to = writer->copy + a * writer->size.particles;
+        status = gbg_engine_copy_fractions(engine, a, to);
+        fraction[a] = to;
     }
-    for (int64_t first = 0; first < n && status == GBG_OK; first += CHUNK) {
-        size_t bytes = pack_coordinates(writer, box, first, n - first < CHUNK ? n - first : CHUNK);
-        status = put(writer, GBG_FRAME_COORDINATES, done, writer->chunk, bytes);
-        done += (int64_t)bytes;
-    }
-    return status;
-}
-
-/* Integers of all particles, `width` a particle; axis a at copy + a n, missing axes are 0. */
-static int put_integers(struct gbg_writer *writer, int v, int axes, int width)
-{
-    int64_t n = writer->size.particles, done = 0;
-    int status = GBG_OK;
-    for (int64_t first = 0; first < n && status == GBG_OK; first += CHUNK) {
-        int64_t end = n - first < CHUNK ? n : first + CHUNK;
-        unsigned char *to = writer->chunk;
-        for (int64_t i = first; i < end; i++) {
-            for (int a = 0; a < width; a++, to += 4) {
-                const int32_t *value = (const int32_t *)(writer->copy + a * n);
-                put_bits(to, a < axes ? (uint32_t)value[i] : 0, 4);
-            }
-        }
-        size_t bytes = (size_t)(to - writer->chunk);
-        status = put(writer, v, done, writer->chunk, bytes);
-        done += (int64_t)bytes;
-    }
-    return status;
+    return status ? status : gbg_record_coordinates(writer, box, fraction);
 }
 
 static int put_images(struct gbg_writer *writer, struct gbg_engine *engine)
 {
+    const int32_t *image[3] = {NULL, NULL, NULL};
     int status = GBG_OK, axes = writer->size.dimension;
     for (int a = 0; a < axes && status == GBG_OK; a++) {
         int32_t *to = (int32_t *)(writer->copy + a * writer->size.particles);
         status = gbg_engine_copy_images(engine, a, to);
+        image[a] = to;
     }
-    return status == GBG_OK ? put_integers(writer, GBG_FRAME_IMAGE, axes, 3) : status;
+    return status ? status : gbg_record_integers(writer, GBG_FRAME_IMAGE, image, axes, 3);
 }
 
-static int put_record(struct gbg_writer *writer, struct gbg_engine *engine,
-                      const struct gbg_engine_view *view)
+static int put_overlap(struct gbg_writer *writer, struct gbg_engine *engine)
 {
-    int status = put_reals(writer, GBG_FRAME_TIME, &view->time, 1);
-    if (status == GBG_OK) {
-        status = put_step(writer, view->step);
-    }
-    if (status == GBG_OK) {
-        status = put_box(writer, &view->box);
-    }
-    if (status == GBG_OK) {
-        status = put_coordinates(writer, engine, &view->box);
-    }
+    const int32_t *flag = (const int32_t *)writer->copy;
+    int status = gbg_engine_copy_overlap(engine, (int32_t *)writer->copy);
+    return status ? status : gbg_record_integers(writer, GBG_FRAME_OVERLAP, &flag, 1, 1);
+}
+
+/* An engine that can be read at any time hands over array by array: one of them is held. */
+static int put_record(struct gbg_writer *writer, struct gbg_engine *engine,
+                      const struct gbg_stamp *stamp)
+{
+    int status = gbg_record_stamp(writer, stamp);
+    status = status ? status : put_coordinates(writer, engine, &stamp->box);
     if (status == GBG_OK && writer->has_images) {
         status = put_images(writer, engine);
     }
     if (status == GBG_OK && writer->has_overlap) {
-        status = gbg_engine_copy_overlap(engine, (int32_t *)writer->copy);
-        if (status == GBG_OK) {
-            status = put_integers(writer, GBG_FRAME_OVERLAP, 1, 1);
-        }
+        status = put_overlap(writer, engine);
     }
     return status;
 }
 
 static int sync_data(struct gbg_writer *writer)
 {
-    return fdatasync(writer->descriptor) == 0 ? GBG_OK : write_failed(writer, errno);
+    return fdatasync(writer->descriptor) == 0 ? GBG_OK : gbg_writer_failed(writer, errno);
+}
+
+static void pack_count(unsigned char raw[4], int64_t frames)
+{
+    for (int k = 0; k < 4; k++) {
+        raw[k] = (unsigned char)((uint64_t)frames >> (24 - 8 * k));
+    }
 }
 
 /* Makes the header count `frames` records. */
 static int put_count(struct gbg_writer *writer, int64_t frames)
 {
     unsigned char raw[4];
-    put_bits(raw, (uint64_t)frames, 4);
+    pack_count(raw, frames);
     int number = gbg_file_write(writer->descriptor, raw, sizeof raw, RECORDS_OFFSET);
-    return number ? write_failed(writer, number) : sync_data(writer);
+    return number ? gbg_writer_failed(writer, number) : sync_data(writer);
 }
 
 /* Bytes of the file with a number of frames: records follow each other without gaps. */
@@ -228,7 +98,7 @@ static int64_t bytes_with(const struct gbg_writer *writer, int64_t frames)
 static void cut_back(struct gbg_writer *writer)
 {
     unsigned char raw[4];
-    put_bits(raw, (uint64_t)writer->size.frames, 4);
+    pack_count(raw, writer->size.frames);
     if (gbg_file_write(writer->descriptor, raw, sizeof raw, RECORDS_OFFSET) == 0 &&
         ftruncate(writer->descriptor, (off_t)bytes_with(writer, writer->size.frames)) == 0) {
         fdatasync(writer->descriptor);
@@ -250,6 +120,7 @@ static int give_name(struct gbg_writer *writer)
 static int check_engine(struct gbg_writer *writer, const struct gbg_engine_view *view)
 {
     const struct gbg_writer_size *size = &writer->size;
+    struct gbg_later_count count = gbg_later_count(writer);
     if (view->n != size->particles || view->box.dimension != size->dimension) {
         return gbg_fail(
             writer->context, GBG_E_ARGUMENT,
@@ -263,45 +134,68 @@ static int check_engine(struct gbg_writer *writer, const struct gbg_engine_view 
                         writer->path,
                         view->has_images < writer->has_images ? "images" : "overlap flags");
     }
-    if ((double)view->step < writer->last_step) {
+    if ((double)view->step < count.last_step) {
         return gbg_fail(writer->context, GBG_E_ORDER,
                         "%s: the engine is at step %" PRIu64
                         " and the file already at step %.0f; gbg_trajectory_continue cuts it back",
-                        writer->path, view->step, writer->last_step);
+                        writer->path, view->step, count.last_step);
     }
-    if (size->frames >= most_frames) {
+    if (count.begun >= most_frames) {
         return gbg_fail(writer->context, GBG_E_FILE,
                         "%s: it holds %" PRId64 " frames, the most "
                         "that the file format can count",
-                        writer->path, size->frames);
+                        writer->path, count.begun);
     }
     return GBG_OK;
+}
+
+int gbg_writer_seal(struct gbg_writer *writer, int status)
+{
+    status = status ? status : sync_data(writer);
+    status = status ? status : put_count(writer, writer->size.frames + 1);
+    status = status ? status : give_name(writer);
+    if (status != GBG_OK) {
+        cut_back(writer);
+    }
+    return status;
 }
 
 int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine,
                       const struct gbg_engine_view *view)
 {
-    int status = check_engine(writer, view);
+    const struct gbg_stamp stamp = {view->time, view->step, view->box};
+    int status = gbg_later_settle(writer);
+    status = status ? status : check_engine(writer, view);
     if (status != GBG_OK) {
         return status;
     }
-    status = put_record(writer, engine, view);
+    writer->say = writer->context;
+    status = gbg_writer_seal(writer, put_record(writer, engine, &stamp));
     if (status == GBG_OK) {
-        status = sync_data(writer);
+        writer->size.frames++;
+        writer->last_step = (double)view->step;
     }
-    if (status == GBG_OK) {
-        status = put_count(writer, writer->size.frames + 1);
+    return status;
+}
+
+int gbg_writer_begin(struct gbg_writer *writer, struct gbg_engine *engine,
+                     const struct gbg_engine_view *view)
+{
+    const struct gbg_stamp stamp = {view->time, view->step, view->box};
+    if (!gbg_engine_copies_ahead(engine) || writer->never_later) {
+        return gbg_writer_append(writer, engine, view);
     }
-    if (status == GBG_OK) {
-        status = give_name(writer);
-    }
+    int status = gbg_later_wait(writer);
+    status = status ? status : check_engine(writer, view);
     if (status != GBG_OK) {
-        cut_back(writer);
         return status;
     }
-    writer->size.frames++;
-    writer->last_step = (double)view->step;
-    return GBG_OK;
+    status = gbg_later_begin(writer, engine, &stamp);
+    if (status == GBG_E_MEMORY) {
+        writer->never_later = 1;
+        return gbg_writer_append(writer, engine, view);
+    }
+    return status;
 }
 
 /* Finds the variables of the file that is open and checks that they lie as this code writes them.
@@ -360,7 +254,7 @@ static int make(const struct gbg_engine_view *view, const char *path, struct gbg
         return status;
     }
     struct gbg_writer *fresh = *writer = memory;
-    fresh->context = view->context;
+    fresh->context = fresh->say = view->context;
     fresh->descriptor = -1;
     fresh->last_step = -1.0;
     fresh->has_images = view->has_images;
@@ -493,7 +387,7 @@ int gbg_writer_continue(const struct gbg_engine_view *view, const char *path,
     }
     if (status == GBG_OK &&
         ftruncate((*writer)->descriptor, (off_t)bytes_with(*writer, kept)) != 0) {
-        status = write_failed(*writer, errno);
+        status = gbg_writer_failed(*writer, errno);
     }
     if (status == GBG_OK) {
         (*writer)->size.frames = kept;
@@ -503,14 +397,22 @@ int gbg_writer_continue(const struct gbg_engine_view *view, const char *path,
 
 void gbg_writer_look(const struct gbg_writer *writer, struct gbg_writer_size *size)
 {
-    *size = writer->size;
+    *size = writer->size; /* but for the frames it never changes */
+    size->frames = gbg_later_count(writer).frames;
 }
 
-void gbg_writer_close(struct gbg_writer *writer)
+int gbg_writer_settle(struct gbg_writer *writer)
+{
+    return gbg_later_settle(writer);
+}
+
+int gbg_writer_close(struct gbg_writer *writer)
 {
     if (!writer) {
-        return;
+        return GBG_OK;
     }
+    int status = gbg_later_settle(writer);
+    gbg_later_free(writer->later);
     if (writer->descriptor >= 0) {
         close(writer->descriptor);
     }
@@ -518,4 +420,5 @@ void gbg_writer_close(struct gbg_writer *writer)
     gbg_release(writer->copy);
     gbg_release(writer->chunk);
     gbg_release(writer);
+    return status;
 }

@@ -22,13 +22,22 @@ int gbg_writer_create(const struct gbg_engine_view *view, const char *path,
 int gbg_writer_continue(const struct gbg_engine_view *view, const char *path,
                         struct gbg_writer **writer);
 
-/* Adds the engine's present state. On failure the file holds the frames that it had. */
+/* Adds the engine's present state. On failure the file holds the frames that it had; so also where
+ * the failure was that of a frame begun earlier, and this one is not added then. */
 int gbg_writer_append(struct gbg_writer *writer, struct gbg_engine *engine,
                       const struct gbg_engine_view *view);
 
+/* The same, but the frame may be written while the engine goes on; failures come with a later call.
+ */
+int gbg_writer_begin(struct gbg_writer *writer, struct gbg_engine *engine,
+                     const struct gbg_engine_view *view);
+/* Waits for the frames that were begun. */
+int gbg_writer_settle(struct gbg_writer *writer);
+
 void gbg_writer_look(const struct gbg_writer *writer, struct gbg_writer_size *size);
 
-/* Closes; a file without a first frame is removed. NULL is allowed. */
-void gbg_writer_close(struct gbg_writer *writer);
+/* Closes, after the frames that were begun; a file without a first frame is removed. What it says
+ * is their failure. NULL is allowed. */
+int gbg_writer_close(struct gbg_writer *writer);
 
 #endif

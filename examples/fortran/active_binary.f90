@@ -12,7 +12,7 @@ program active_binary
    real(real64) :: x(2, particles), f(2, particles), lengths(2), error, relative
    integer :: species(particles)
 
-   call context%create()
+   call context%create('auto')
    call make_scene()
    call engine%create(scene)
    call engine%get_species(species)

@@ -11,7 +11,7 @@ program hard_discs
    integer :: rounds, overlaps
 
    ! A call that fails without stat stops the program with a message; with stat it returns.
-   call context%create()
+   call context%create('auto')
    call make_scene()
    call engine%create(scene)
 

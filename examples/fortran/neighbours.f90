@@ -32,7 +32,7 @@ program neighbours
    integer :: i, step, pairs, most, searches = 0
    logical :: searched = .false.
 
-   call context%create()
+   call context%create('auto')
    x(1, :) = [(side(1)*mod(0.7548776662466927_real64*i, 1.0_real64), i=1, discs)]
    x(2, :) = [(side(2)*mod(0.5698402909980532_real64*i, 1.0_real64), i=1, discs)]
 

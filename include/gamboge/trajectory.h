@@ -21,20 +21,34 @@ struct gbg_trajectory;
  * their ids. */
 GBG_API int gbg_trajectory_create(struct gbg_engine *engine, const char *path,
                                   struct gbg_trajectory **trajectory);
-/* Goes on with a trajectory after a restart: frames later than the engine's step are cut off. A file
- * of another scene, of other particles or with other variables is refused. */
+/* Goes on with a trajectory after a restart: frames later than the engine's step are cut off. A
+ * file of another scene, of other particles or with other variables is refused. */
 GBG_API int gbg_trajectory_continue(struct gbg_engine *engine, const char *path,
                                     struct gbg_trajectory **trajectory);
 /* Adds the engine's present state; refused when the file has a later step already. After a failure
  * (a full disc) the file holds the frames it had, and another append may follow. */
 GBG_API int gbg_trajectory_append(struct gbg_trajectory *trajectory, struct gbg_engine *engine);
+/* The same, but may return before the frame is in the file: from a GPU it is copied out and written
+ * while the next steps run. It is the frame of the state at this call, whatever the engine does or
+ * becomes afterwards. At most two frames are on their way; they reach the disc in their order, each
+ * as append puts it there. A failure is the status of the next append, append_begin, append_end or
+ * destroy, which adds no frame; the file holds the frames before the one that failed. On the CPU,
+ * and where memory does not suffice, this is append. */
+GBG_API int gbg_trajectory_append_begin(struct gbg_trajectory *trajectory,
+                                        struct gbg_engine *engine);
+/* Waits until the frames that were begun are on the disc. To be called before a restart file is
+ * saved: a run that goes on from there needs the frames up to it. */
+GBG_API int gbg_trajectory_append_end(struct gbg_trajectory *trajectory);
 
 /* Opens a trajectory to read: ours, or any AMBER netCDF with a periodic rectangular box. What that
  * lacks is taken as: one species, diameter 1, time and step the number of the frame, origin 0. */
 GBG_API int gbg_trajectory_open(struct gbg_context *context, const char *path,
                                 struct gbg_trajectory **trajectory);
+/* Closes, after the frames that were begun; their failure is its status, and the object is gone all
+ * the same. */
 GBG_API int gbg_trajectory_destroy(struct gbg_trajectory **trajectory);
 
+/* frames: those in the file, without those on their way. */
 GBG_API int gbg_trajectory_size(const struct gbg_trajectory *trajectory, int64_t *frames,
                                 int64_t *particles, int *dimension, int *n_species);
 /* 1 if coordinates are stored in double precision, else 0. */

@@ -259,6 +259,36 @@ static void bad_forces_are_caught(void **state)
     gbg_context_destroy(&context);
 }
 
+/* A run whose forces are no numbers, or too large for one step, ends alike on both: the same status
+ * and sentence, in the state of the last good step, and nothing is spent. */
+static void runs_with_bad_numbers_end_alike(void **state)
+{
+    (void)state;
+    static const double bad[] = {NAN, INFINITY, 1e300, 1e30};
+    static const int rules[] = {GBG_RULE_NONE, GBG_RULE_BOUNCE, GBG_RULE_BRIDGE};
+    struct gbg_context *context = made_context("cpu");
+    for (int k = 0; k < 4 * 3 * 2; k++) {
+        struct gbg_scene scene = (k % 2 ? active : short_range)(context, rules[k / 2 % 3]);
+        scene.species[1].alpha = bad[k / 6];
+        struct both both = both_make(scene, &made);
+        int status[2];
+        for (int b = 0; b < 2; b++) {
+            status[b] = gbg_engine_advance(both.engine[b], 2);
+            assert_int_not_equal(status[b], GBG_OK);
+            assert_true(status[b] > 0);
+            assert_int_equal(both.engine[b]->step, 0);
+        }
+        assert_int_equal(status[0], status[1]);
+        if (k / 6 == 0) {
+            assert_string_equal(gbg_message(both.context[0]), gbg_message(both.context[1]));
+            print_message("%s\n", gbg_message(both.context[1]));
+        }
+        both_same_state(&both);
+        both_free(&both);
+    }
+    gbg_context_destroy(&context);
+}
+
 /* Engines side by side do not touch each other. */
 static void engines_side_by_side(void **state)
 {
@@ -302,7 +332,7 @@ static void devices_are_chosen(void **state)
     assert_int_equal(gbg_context_backend(context, &name, NULL, NULL), GBG_OK);
     assert_string_equal(name, "cpu");
     gbg_context_destroy(&context);
-    assert_int_equal(gbg_context_create("cuda:1000", &context), GBG_E_NAME);
+    assert_int_equal(gbg_context_create("cuda:1000", &context), GBG_E_UNBUILT);
     assert_non_null(strstr(gbg_message(NULL), "no GPU 1000"));
     context = made_context("auto:1000");
     assert_int_equal(gbg_context_backend(context, &name, NULL, NULL), GBG_OK);
@@ -314,12 +344,18 @@ static void devices_are_chosen(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(devices_are_chosen),        cmocka_unit_test(too_large_arrays),
-        cmocka_unit_test(memory_of_engines),         cmocka_unit_test(bad_forces_are_caught),
-        cmocka_unit_test(engines_side_by_side),      cmocka_unit_test(memory_of_rounds),
-        cmocka_unit_test(memory_of_bridge),          cmocka_unit_test(memory_of_events),
-        cmocka_unit_test(memory_of_kernels),         cmocka_unit_test(refused_steps_are_made_later),
+        cmocka_unit_test(devices_are_chosen),
+        cmocka_unit_test(too_large_arrays),
+        cmocka_unit_test(memory_of_engines),
+        cmocka_unit_test(bad_forces_are_caught),
+        cmocka_unit_test(engines_side_by_side),
+        cmocka_unit_test(memory_of_rounds),
+        cmocka_unit_test(memory_of_bridge),
+        cmocka_unit_test(memory_of_events),
+        cmocka_unit_test(memory_of_kernels),
+        cmocka_unit_test(refused_steps_are_made_later),
         cmocka_unit_test(running_allocates_nothing),
+        cmocka_unit_test(runs_with_bad_numbers_end_alike),
     };
     return both_missing() ? BOTH_SKIPPED : cmocka_run_group_tests(tests, NULL, NULL);
 }

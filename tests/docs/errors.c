@@ -17,9 +17,9 @@ int main(void)
          "Every call returns one of these. Zero: done. Positive: the call was refused and every\n"
          "object is as it was before. Negative: the object is spent; destroy it. The sentence for\n"
          "the case at hand is `gbg_message(context)`: what was wrong, the value given, the range\n"
-         "allowed, the call. The program `gamboge` prints that sentence and ends with 1 (the run "
-         "or\n"
-         "the check failed) or 2 (bad use or a bad scene).\n\n"
+         "allowed, the call. The program `gamboge` prints that sentence and ends with 1 (the run,\n"
+         "the check, memory or the GPU failed, or this build or this machine has not what was\n"
+         "asked for) or 2 (bad use or a bad scene).\n\n"
          "Made from `GBG_STATUS_LIST` by `tests/docs/errors.c`; a test compares the two.\n\n"
          "| status | value | what it means | what to do |\n"
          "|---|---|---|---|");
