@@ -98,6 +98,9 @@ int gbg_bench_leave_out(struct gbg_bench *bench, const char *what, int64_t n, in
 /* Adds a column to a line, if there is room; name in static storage. */
 void gbg_bench_extra(struct gbg_bench_result *line, const char *name, double value);
 
+/* Of n values, which are sorted; 0 of none. */
+double gbg_bench_median(double *values, int n);
+
 /* Seconds of a clock that only goes forward. */
 double gbg_bench_now(void);
 

@@ -39,7 +39,7 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(double *values, int n)
+double gbg_bench_median(double *values, int n)
 {
     qsort(values, (size_t)n, sizeof *values, ascending);
     return n > 0 ? values[n / 2] : 0.0;
@@ -57,8 +57,8 @@ static int time_between(int (*evaluate)(void *user), void *user, int least, int 
         wall[n] = now(CLOCK_MONOTONIC) - wall_start;
         total += wall[n++];
     }
-    seconds->wall = median(wall, n);
-    seconds->core = median(core, n);
+    seconds->wall = gbg_bench_median(wall, n);
+    seconds->core = gbg_bench_median(core, n);
     seconds->mean = n > 0 ? total / n : 0.0;
     return status;
 }
