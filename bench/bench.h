@@ -14,6 +14,7 @@ struct gbg_bench_options {
     int threads;         /* 0: as many as there are */
     int quick;           /* 1: small sizes, a few seconds in all */
     const char *only;    /* lines whose names hold this text alone; NULL: all */
+    double seconds;      /* no line begins later; 0: no limit */
 };
 
 /* Runs a case, prints its table, writes the file. Exit status: 0 done, 1 it failed (an error that
@@ -27,6 +28,8 @@ struct gbg_bench {
     struct gbg_context *context;
     struct gbg_bench_result *result;
     int n_results, capacity;
+    double began;
+    int late;              /* lines that would have begun after the time was up */
     int refused, left_out; /* lines that failed, and all that are missing, while the case went on */
 };
 
@@ -87,8 +90,8 @@ int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_sec
 int gbg_bench_time_exactly(int (*evaluate)(void *user), void *user, int times,
                            struct gbg_bench_seconds *seconds);
 
-/* 1 if the option `only` leaves this line in. */
-int gbg_bench_wanted(const struct gbg_bench *bench, const char *what);
+/* 1 if the options leave this line in: its name, and the time that is left. */
+int gbg_bench_wanted(struct gbg_bench *bench, const char *what);
 
 /* Says on the screen why a line is missing, with the library's sentence. GBG_OK, so that the case
  * goes on, unless the device is lost; then the status. A line that failed other than for lack of

@@ -92,9 +92,15 @@ void gbg_bench_extra(struct gbg_bench_result *line, const char *name, double val
     }
 }
 
-int gbg_bench_wanted(const struct gbg_bench *bench, const char *what)
+int gbg_bench_wanted(struct gbg_bench *bench, const char *what)
 {
-    return !bench->options->only || strstr(what, bench->options->only) != NULL;
+    const struct gbg_bench_options *o = bench->options;
+    if (o->only && !strstr(what, o->only)) {
+        return 0;
+    }
+    int late = o->seconds > 0.0 && gbg_bench_now() - bench->began > o->seconds;
+    bench->late += late;
+    return !late;
 }
 
 int gbg_bench_leave_out(struct gbg_bench *bench, const char *what, int64_t n, int status)
@@ -234,6 +240,10 @@ static void print_extra(const struct gbg_bench_result *result)
 
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
 {
+    const char *only = bench->options->only;
+    if (only && !strstr(result->what, only)) { /* of a case that cannot leave it out before */
+        return GBG_OK;
+    }
     if (bench->n_results == bench->capacity) {
         int capacity = 2 * bench->capacity + 8;
         struct gbg_bench_result *more = realloc(bench->result, (size_t)capacity * sizeof *more);
@@ -418,13 +428,17 @@ int gbg_bench_main(const struct gbg_bench_options *options)
         return list_cases();
     }
     const struct gbg_bench_case *chosen = find_case(options->name);
-    struct gbg_bench bench = {.options = options, .case_name = options->name};
+    struct gbg_bench bench = {
+        .options = options, .case_name = options->name, .began = gbg_bench_now()};
     if (!chosen || !open_context(options, &bench.context)) {
         return 2;
     }
     print_head(&bench);
     int status = chosen->run(&bench);
-    if (status == GBG_OK && options->only && bench.n_results + bench.left_out == 0) {
+    if (bench.late > 0) {
+        printf("%g s are over: lines are missing\n", options->seconds);
+    }
+    if (status == GBG_OK && options->only && bench.n_results + bench.left_out + bench.late == 0) {
         fprintf(stderr, "gamboge bench: case %s has no line whose name holds \"%s\"\n",
                 options->name, options->only);
         gbg_context_destroy(&bench.context);

@@ -264,7 +264,7 @@ static int on_host(const struct gbg_bench *bench)
     return strcmp(bench->context->backend, "cuda") != 0;
 }
 
-static int any_wanted(const struct gbg_bench *bench, const char *const *names, int n)
+static int any_wanted(struct gbg_bench *bench, const char *const *names, int n)
 {
     int wanted = 0;
     for (int k = 0; k < n; k++) {
@@ -335,7 +335,7 @@ static const struct method methods[] = {
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
-static int any_method_wanted(const struct gbg_bench *bench, int dimension)
+static int any_method_wanted(struct gbg_bench *bench, int dimension)
 {
     int wanted = 0;
     for (int k = 0; k < METHODS; k++) {

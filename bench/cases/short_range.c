@@ -1,6 +1,9 @@
 /* Benchmark: the whole Brownian step with short-range forces, with and without hard cores. */
+#include <string.h>
+
 #include "bench/bench.h"
 #include "bench/cases/suspension.h"
+#include "core/context.h"
 #include "gamboge/gamboge.h"
 
 /* C3 and C4 of Carter 2016 with the cut-off of S10 and his dt. */
@@ -48,16 +51,19 @@ static int measure(struct gbg_bench *bench, const struct gbg_bench_suspension *s
 }
 
 /* Whether a line is asked for, of those with such a start. */
-static int is_wanted(const struct gbg_bench *bench, int s, int start)
+static int is_wanted(struct gbg_bench *bench, int s, int start)
 {
     return settings[s].start == start && gbg_bench_wanted(bench, settings[s].what);
 }
 
 static int run(struct gbg_bench *bench)
 {
-    static const int64_t list[] = {4096, 65536, 0};
+    static const int64_t on_host[] = {4096, 65536, 0};
+    static const int64_t on_device[] = {1 << 10, 1 << 14, 1 << 17, 1 << 20, 1 << 22, 0};
+    int device = strcmp(bench->context->backend, "cuda") == 0;
     int64_t size[16];
-    int n_sizes = gbg_bench_sizes(bench, list, 4096, size), status = GBG_OK;
+    int n_sizes = gbg_bench_sizes(bench, device ? on_device : on_host, 4096, size);
+    int status = GBG_OK;
     for (int k = 0; k < n_sizes; k++) {
         for (int s = 0; s < SETTINGS && status == GBG_OK; s++) {
             status = is_wanted(bench, s, GBG_BENCH_LATTICE) ? measure(bench, &settings[s], size[k])
