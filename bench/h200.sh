@@ -155,8 +155,10 @@ for part in $parts; do
             bench 30 neighbours
         else
             bench 60 neighbours --n 1048576
-            bench 20 neighbours --n 16777216 --only auto
-            bench 30 neighbours --n 67108864 --only "2D auto"
+            for words in auto device; do
+                bench 20 neighbours --n 16777216 --only $words
+                bench 20 neighbours --n 67108864 --only "2D $words"
+            done
         fi
         ;;
     *) complain "there is no part $part (--help lists them)" ;;

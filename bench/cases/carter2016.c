@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bench/bench.h"
+#include "bench/cases/all_pairs.h"
 #include "bench/cases/suspension.h"
 #include "gamboge/gamboge.h"
 
@@ -12,7 +13,7 @@
  * single precision, 4800 against 288 GB/s. */
 static const double arithmetic = 15.6, bandwidth = 16.7;
 
-enum { CONFIGURATIONS = 5, RANGES = 2, RULES = 2, DESIGNS = 3 };
+enum { CONFIGURATIONS = 5, RANGES = 2, RULES = 2 };
 enum {
     TIMES = 5,
     MOST_STEPS = 20
@@ -62,11 +63,6 @@ static const struct gbg_bench_suspension settings[CONFIGURATIONS * RANGES * RULE
     FOUR("C2", 0.52, 0.01, 0.5, {1, -1}, {1, -2}),   FOUR("C3", 0.79, 0.01, 0.5, {-1, 1}, {1, -2}),
     FOUR("C4", 0.0873, 0.01, 0.5, {1, -1}, {1, -4}),
 };
-
-/* Table 6.6: particles that stand all but still, so that a step is the sum over all pairs and the
- * little that the integration adds. */
-static const struct gbg_bench_suspension still = {
-    "our sum", 0.52, 1e-9, 0.5, {-1, 1}, {1, -2}, LONG_RANGE, NULL, GBG_BENCH_LATTICE};
 
 /* Time of the thesis on our card: the sum over all pairs by arithmetic, the rest by bandwidth. */
 static double scaled(double ms, double all_pairs)
@@ -172,35 +168,68 @@ static int run_range(struct gbg_bench *bench, int range, int64_t n, struct pace 
     return status;
 }
 
-/* Our sum beside each column of table 6.6. */
-static int report_sums(struct gbg_bench *bench, struct gbg_bench_result *line)
+/* Table 6.6 beside our sum, and beside his two designs made anew. */
+static const struct {
+    const char *what;
+    int design, column; /* of the table: shuffle, shared memory, CPU */
+} sums[] = {
+    {"his shuffle, made anew", GBG_BENCH_SHUFFLE, 0}, {"his tiles, made anew", GBG_BENCH_TILES, 1},
+    {"our sum, his shuffle", GBG_BENCH_OURS, 0},      {"our sum, his tiles", GBG_BENCH_OURS, 1},
+    {"our sum, his CPU", GBG_BENCH_OURS, 2},
+};
+enum { SUMS = sizeof sums / sizeof *sums };
+
+/* One design, timed once for all its lines. The thesis's sums are all in single precision. */
+static int time_design(struct gbg_bench *bench, struct gbg_bench_sum *sum, int design,
+                       struct pace *pace)
 {
-    static const char *const columns[DESIGNS] = {"our sum, his shuffle", "our sum, his tiles",
-                                                 "our sum, his CPU"};
-    int status = GBG_OK;
-    for (int k = 0; k < DESIGNS && status == GBG_OK; k++) {
-        line->what = columns[k];
-        line->published.table = "6.6";
-        line->published.ms = figure("6.6", line->n, k);
-        line->published.scaled_ms = k < 2 ? line->published.ms / arithmetic : NAN;
-        line->published.rounds = line->published.our_rounds = NAN;
-        status = gbg_bench_report(bench, line);
+    struct gbg_bench_result line = {
+        .precision = "mixed", .unit = "pairs", .n = sum->state.owned, .published.per = 1.0};
+    int status = GBG_OK, wanted = 0;
+    for (int k = 0; k < SUMS; k++) {
+        wanted |= sums[k].design == design && gbg_bench_wanted(bench, sums[k].what);
+    }
+    if (!wanted || !gbg_bench_sum_has(sum, design)) {
+        return GBG_OK;
+    }
+    sum->design = design;
+    line.work = (double)line.n * (double)(line.n - 1);
+    line.precision = design == GBG_BENCH_OURS ? "mixed" : "single";
+    line.allowed = design == GBG_BENCH_OURS ? 1e-6 : 0.0;
+    status = gbg_bench_time_exactly(gbg_bench_sum_make_once, sum, TIMES, &line.seconds);
+    status = status ? status : gbg_bench_sum_error(sum, &line.error_rms, &line.error_median);
+    if (design == GBG_BENCH_OURS) {
+        pace->seconds[0] = line.seconds.wall;
+        pace->n[0] = line.n;
+    }
+    for (int k = 0; k < SUMS && status == GBG_OK; k++) {
+        if (sums[k].design == design) {
+            line.what = sums[k].what;
+            line.published.table = "6.6";
+            line.published.ms = figure("6.6", line.n, sums[k].column);
+            line.published.scaled_ms = sums[k].column < 2 ? line.published.ms / arithmetic : NAN;
+            line.published.rounds = line.published.our_rounds = NAN;
+            status = gbg_bench_report(bench, &line);
+        }
     }
     return status;
 }
 
 static int run_sums(struct gbg_bench *bench, int64_t n, struct pace *pace)
 {
-    struct gbg_engine *engine = NULL;
-    struct gbg_bench_result line = {
-        .precision = "mixed", .unit = "particle-steps", .n = n, .allowed = 1e-6};
-    if (!gbg_bench_wanted(bench, still.what) || is_too_long(bench, 0, n, pace)) {
+    struct gbg_bench_sum sum;
+    if (is_too_long(bench, 0, n, pace)) {
         return GBG_OK;
     }
-    int status = gbg_bench_suspend(bench->context, &still, n, &engine);
-    status = status ? status : time_steps(engine, pace, 0, &line);
-    gbg_engine_destroy(&engine);
-    return status ? gbg_bench_leave_out(bench, still.what, n, status) : report_sums(bench, &line);
+    int status = gbg_bench_sum_create(bench->context, n, &sum);
+    if (status != GBG_OK) {
+        return gbg_bench_leave_out(bench, "sum over all pairs", n, status);
+    }
+    for (int design = 0; design < GBG_BENCH_DESIGNS && status == GBG_OK; design++) {
+        status = time_design(bench, &sum, design, pace);
+    }
+    gbg_bench_sum_destroy(&sum);
+    return status ? gbg_bench_leave_out(bench, "sum over all pairs", n, status) : GBG_OK;
 }
 
 static int run(struct gbg_bench *bench)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "bench/bench.h"
+#include "bench/cases/neighbours_device.h"
 #include "bench/cases/neighbours_published.h"
 #include "core/context.h"
 #include "core/memory.h"
@@ -153,7 +154,8 @@ static int look_for_device_time(struct job *job)
 {
     double seconds;
     job->set->has_device_time =
-        gbg_neighbours_statistic(job->neighbours, "device_seconds", &seconds) == GBG_OK;
+        gbg_neighbours_statistic(job->neighbours, "device_seconds", &seconds) == GBG_OK &&
+        seconds > 0.0;
     return GBG_OK;
 }
 
@@ -341,7 +343,7 @@ static int any_method_wanted(struct gbg_bench *bench, int dimension)
     for (int k = 0; k < METHODS; k++) {
         wanted |= any_wanted(bench, &methods[k].what[dimension - 2], 1);
     }
-    return wanted;
+    return wanted | (!on_host(bench) && gbg_bench_device_wanted(bench, dimension));
 }
 
 /* Uniform points of density 1 with so many neighbours each. */
@@ -369,6 +371,11 @@ static int run_uniform(struct gbg_bench *bench, int dimension, int64_t n, double
     for (int k = 0; k < METHODS && status == GBG_OK; k++) {
         status = time_method(bench, &set, methods[k].what[dimension - 2], methods[k].name,
                              methods[k].skin * set.radius);
+    }
+    if (status == GBG_OK && !on_host(bench)) {
+        status = gbg_bench_published_on_device(bench, dimension, set.length, set.radius, n,
+                                               set.position);
+        status = status ? gbg_bench_leave_out(bench, "device", n, status) : GBG_OK;
     }
     release(&set);
     return status;
