@@ -13,6 +13,8 @@ struct gbg_bench_options {
     int64_t n;           /* particles; 0: the sizes of the case */
     int threads;         /* 0: as many as there are */
     int quick;           /* 1: small sizes, a few seconds in all */
+    const char *only;    /* lines whose names hold this text alone; NULL: all */
+    double seconds;      /* no line begins later; 0: no limit */
 };
 
 /* Runs a case, prints its table, writes the file. Exit status: 0 done, 1 it failed (an error that
@@ -26,12 +28,16 @@ struct gbg_bench {
     struct gbg_context *context;
     struct gbg_bench_result *result;
     int n_results, capacity;
+    double began;
+    int late;              /* lines that would have begun after the time was up */
+    int refused, left_out; /* lines that failed, and all that are missing, while the case went on */
 };
 
 /* Medians of one evaluation: on the clock, and summed over the cores that worked. On a machine that
- * others use too, the second tells more about the code. */
+ * others use too, the second tells more about the code. The mean holds what happens in few of the
+ * evaluations only, as new lists do; 0: not known. */
 struct gbg_bench_seconds {
-    double wall, core;
+    double wall, core, mean;
 };
 
 /* A quantity of physics that a line reports besides its time: the rule and the step it was measured
@@ -40,6 +46,17 @@ struct gbg_bench_measured {
     const char *rule, *quantity; /* NULL: the line has no such thing */
     double dt, value, standard_error, reference;
 };
+
+/* Figures of an earlier work that stand beside ours: milliseconds as they were published, those
+ * that the same work would take if only the hardware were ours, and rounds of overlap correction a
+ * step. NAN: there is none. */
+struct gbg_bench_published {
+    const char *table; /* NULL: the line has no such figures */
+    double ms, scaled_ms, rounds, our_rounds;
+    double per; /* evaluations of ours in `seconds`, as steps */
+};
+
+enum { GBG_BENCH_EXTRAS = 6 };
 
 /* One line of the table. Units are short words: "pairs", "deviates", "particle-steps". */
 struct gbg_bench_result {
@@ -56,8 +73,9 @@ struct gbg_bench_result {
     struct {
         const char *name;
         double value;
-    } extra[3];
+    } extra[GBG_BENCH_EXTRAS];
     struct gbg_bench_measured measured;
+    struct gbg_bench_published published;
 };
 
 struct gbg_bench_case {
@@ -68,6 +86,26 @@ struct gbg_bench_case {
 
 /* Median times of at least 5 evaluations (more while they are short) after one to warm up. */
 int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_seconds *seconds);
+/* The same of so many evaluations, at most 101, for what changes as it is repeated. */
+int gbg_bench_time_exactly(int (*evaluate)(void *user), void *user, int times,
+                           struct gbg_bench_seconds *seconds);
+
+/* 1 if the options leave this line in: its name, and the time that is left. */
+int gbg_bench_wanted(struct gbg_bench *bench, const char *what);
+
+/* Says on the screen why a line is missing, with the library's sentence. GBG_OK, so that the case
+ * goes on, unless the device is lost; then the status. A line that failed other than for lack of
+ * memory makes the case fail in the end. */
+int gbg_bench_leave_out(struct gbg_bench *bench, const char *what, int64_t n, int status);
+
+/* Adds a column to a line, if there is room; name in static storage. */
+void gbg_bench_extra(struct gbg_bench_result *line, const char *name, double value);
+
+/* Of n values, which are sorted; 0 of none. */
+double gbg_bench_median(double *values, int n);
+
+/* Seconds of a clock that only goes forward. */
+double gbg_bench_now(void);
 
 /* Adds a line to the table and prints it. */
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result);
@@ -85,7 +123,7 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
 
 /* The cases (bench/cases). */
 extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_neighbours, gbg_bench_noise,
-    gbg_bench_short_range, gbg_bench_structure_factor, gbg_bench_contact_rules,
-    gbg_bench_contact_rules_open;
+    gbg_bench_short_range, gbg_bench_sizes_case, gbg_bench_structure_factor, gbg_bench_carter2016,
+    gbg_bench_contact_rules, gbg_bench_contact_rules_open;
 
 #endif

@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "bench/machine.h"
+#include "core/context.h"
 #include "core/file.h"
 #include "core/memory.h"
 #include "core/random.h"
@@ -18,13 +19,10 @@ enum { LEAST_TIMES = 5, MOST_TIMES = 101 };
 
 static const double ENOUGH_SECONDS = 0.5; /* of timing, once there are LEAST_TIMES */
 
-static const struct gbg_bench_case *const cases[] = {&gbg_bench_direct,
-                                                     &gbg_bench_neighbours,
-                                                     &gbg_bench_noise,
-                                                     &gbg_bench_short_range,
-                                                     &gbg_bench_structure_factor,
-                                                     &gbg_bench_contact_rules,
-                                                     &gbg_bench_contact_rules_open};
+static const struct gbg_bench_case *const cases[] = {
+    &gbg_bench_direct,      &gbg_bench_neighbours,    &gbg_bench_noise,
+    &gbg_bench_short_range, &gbg_bench_sizes_case,    &gbg_bench_structure_factor,
+    &gbg_bench_carter2016,  &gbg_bench_contact_rules, &gbg_bench_contact_rules_open};
 
 enum { CASES = sizeof cases / sizeof *cases };
 
@@ -41,26 +39,77 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(double *values, int n)
+double gbg_bench_median(double *values, int n)
 {
     qsort(values, (size_t)n, sizeof *values, ascending);
     return n > 0 ? values[n / 2] : 0.0;
 }
 
-int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_seconds *seconds)
+static int time_between(int (*evaluate)(void *user), void *user, int least, int most,
+                        struct gbg_bench_seconds *seconds)
 {
     double wall[MOST_TIMES], core[MOST_TIMES], total = 0.0;
     int n = 0, status = evaluate(user);
-    while (status == 0 && n < MOST_TIMES && (n < LEAST_TIMES || total < ENOUGH_SECONDS)) {
+    while (status == 0 && n < most && (n < least || total < ENOUGH_SECONDS)) {
         double wall_start = now(CLOCK_MONOTONIC), core_start = now(CLOCK_PROCESS_CPUTIME_ID);
         status = evaluate(user);
         core[n] = now(CLOCK_PROCESS_CPUTIME_ID) - core_start;
         wall[n] = now(CLOCK_MONOTONIC) - wall_start;
         total += wall[n++];
     }
-    seconds->wall = median(wall, n);
-    seconds->core = median(core, n);
+    seconds->wall = gbg_bench_median(wall, n);
+    seconds->core = gbg_bench_median(core, n);
+    seconds->mean = n > 0 ? total / n : 0.0;
     return status;
+}
+
+int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_seconds *seconds)
+{
+    return time_between(evaluate, user, LEAST_TIMES, MOST_TIMES, seconds);
+}
+
+int gbg_bench_time_exactly(int (*evaluate)(void *user), void *user, int times,
+                           struct gbg_bench_seconds *seconds)
+{
+    int n = times < MOST_TIMES ? times : MOST_TIMES;
+    return time_between(evaluate, user, n, n, seconds);
+}
+
+double gbg_bench_now(void)
+{
+    return now(CLOCK_MONOTONIC);
+}
+
+void gbg_bench_extra(struct gbg_bench_result *line, const char *name, double value)
+{
+    int k = 0;
+    while (k < GBG_BENCH_EXTRAS && line->extra[k].name) {
+        k++;
+    }
+    if (k < GBG_BENCH_EXTRAS) {
+        line->extra[k].name = name;
+        line->extra[k].value = value;
+    }
+}
+
+int gbg_bench_wanted(struct gbg_bench *bench, const char *what)
+{
+    const struct gbg_bench_options *o = bench->options;
+    if (o->only && !strstr(what, o->only)) {
+        return 0;
+    }
+    int late = o->seconds > 0.0 && gbg_bench_now() - bench->began > o->seconds;
+    bench->late += late;
+    return !late;
+}
+
+int gbg_bench_leave_out(struct gbg_bench *bench, const char *what, int64_t n, int status)
+{
+    fflush(stdout);
+    fprintf(stderr, "%s, N = %lld: %s\n", what, (long long)n, gbg_message(bench->context));
+    bench->refused += status != GBG_E_MEMORY;
+    bench->left_out++;
+    return status == GBG_E_DEVICE ? status : GBG_OK;
 }
 
 int gbg_bench_sizes(const struct gbg_bench *bench, const int64_t *list, int64_t quick_most,
@@ -102,19 +151,33 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
 
 static void print_head(const struct gbg_bench *bench)
 {
-    const char *name, *instructions;
+    const char *name, *instructions, *card = bench->context->card;
     int threads;
     struct gbg_machine machine;
     gbg_machine_look(&machine);
     gbg_context_backend(bench->context, &name, &instructions, &threads);
-    printf("case %s, backend %s (%s), %d thread%s, commit %s\n%s, %d cores, load %.2f\n",
+    printf("case %s, backend %s (%s), %d thread%s, commit %s\n%s%s%s, %d cores, load %.2f\n",
            bench->case_name, name, instructions, threads, threads == 1 ? "" : "s",
-           gbg_machine_commit(), machine.model, machine.cores, machine.load);
+           gbg_machine_commit(), card, card[0] ? ", " : "", machine.model, machine.cores,
+           machine.load);
+}
+
+static int is_too_large(const struct gbg_bench_result *line)
+{
+    return line->allowed > 0.0 && !(line->error_rms <= line->allowed);
 }
 
 /* Above the first line, which says what the columns are. */
 static void print_columns(const struct gbg_bench_result *line)
 {
+    if (line->published.table) {
+        printf("%-9s %-26s %8s %10s %10s %10s %10s %9s %9s %7s %7s\n", "table", "what", "N",
+               "thesis ms", "scaled ms", "ours ms", "scaled/", "error/", "error/", "rounds",
+               "rounds");
+        printf("%-9s %-26s %8s %10s %10s %10s %10s %9s %9s %7s %7s\n", "", "", "", "", "", "",
+               "ours", "RMS", "median", "thesis", "ours");
+        return;
+    }
     if (line->measured.quantity) {
         printf("%-18s %-8s %7s %-9s %-24s %12s %9s %9s %10s %10s\n", "what", "rule", "N", "dt",
                "quantity", "value", "+-", "expected", "rel. error", "core ns");
@@ -137,9 +200,39 @@ static void print_measured(const struct gbg_bench_result *line)
     printf(" %10.4g\n", 1e9 * line->seconds.core / line->work);
 }
 
+/* A number that may be missing. */
+static void print_cell(int width, const char *format, double value)
+{
+    char text[32] = "-";
+    if (isfinite(value)) {
+        snprintf(text, sizeof text, format, value);
+    }
+    printf(" %*s", width, text);
+}
+
+static double our_ms(const struct gbg_bench_result *line)
+{
+    return 1e3 * line->seconds.wall / line->published.per;
+}
+
+static void print_published(const struct gbg_bench_result *line)
+{
+    const struct gbg_bench_published *p = &line->published;
+    printf("%-9s %-26s %8lld", p->table, line->what, (long long)line->n);
+    print_cell(10, "%.4g", p->ms);
+    print_cell(10, "%.4g", p->scaled_ms);
+    print_cell(10, "%.4g", our_ms(line));
+    print_cell(10, "%.3g", p->scaled_ms / our_ms(line));
+    print_cell(9, "%.1e", line->error_rms);
+    print_cell(9, "%.1e", line->error_median);
+    print_cell(7, "%.2f", p->rounds);
+    print_cell(7, "%.2f", p->our_rounds);
+    printf("%s", is_too_large(line) ? "  TOO LARGE" : "");
+}
+
 static void print_extra(const struct gbg_bench_result *result)
 {
-    for (int k = 0; k < 3 && result->extra[k].name; k++) {
+    for (int k = 0; k < GBG_BENCH_EXTRAS && result->extra[k].name; k++) {
         printf("  %s %.3g", result->extra[k].name, result->extra[k].value);
     }
     printf("\n");
@@ -147,6 +240,10 @@ static void print_extra(const struct gbg_bench_result *result)
 
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
 {
+    const char *only = bench->options->only;
+    if (only && !strstr(result->what, only)) { /* of a case that cannot leave it out before */
+        return GBG_OK;
+    }
     if (bench->n_results == bench->capacity) {
         int capacity = 2 * bench->capacity + 8;
         struct gbg_bench_result *more = realloc(bench->result, (size_t)capacity * sizeof *more);
@@ -160,6 +257,12 @@ int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *res
         print_columns(result);
     }
     bench->result[bench->n_results++] = *result;
+    if (result->published.table) {
+        print_published(result);
+        print_extra(result);
+        fflush(stdout);
+        return 0;
+    }
     if (result->measured.quantity) {
         print_measured(result);
         fflush(stdout);
@@ -169,7 +272,7 @@ int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *res
            result->precision, (long long)result->n, result->seconds.wall,
            result->work / result->seconds.wall, 1e9 * result->seconds.core / result->work,
            result->unit, result->error_rms, result->error_median,
-           result->allowed > 0.0 && !(result->error_rms <= result->allowed) ? "  TOO LARGE" : "");
+           is_too_large(result) ? "  TOO LARGE" : "");
     print_extra(result);
     fflush(stdout);
     return 0;
@@ -195,6 +298,21 @@ static void write_measured(FILE *file, const struct gbg_bench_measured *m)
     }
 }
 
+static void write_published(FILE *file, const struct gbg_bench_result *r)
+{
+    const struct gbg_bench_published *p = &r->published;
+    if (p->table) {
+        fprintf(file, ", \"table\": \"%s\"", p->table);
+        write_number(file, "ms", our_ms(r));
+        write_number(file, "thesis_ms", p->ms);
+        write_number(file, "thesis_scaled_ms", p->scaled_ms);
+        write_number(file, "thesis_over_ours", p->ms / our_ms(r));
+        write_number(file, "scaled_over_ours", p->scaled_ms / our_ms(r));
+        write_number(file, "rounds", p->our_rounds);
+        write_number(file, "thesis_rounds", p->rounds);
+    }
+}
+
 static void write_results(FILE *file, const struct gbg_bench *bench)
 {
     const char *name, *instructions;
@@ -212,18 +330,23 @@ static void write_results(FILE *file, const struct gbg_bench *bench)
             k ? "," : "", bench->case_name, r->what, (long long)r->n, name, instructions, threads,
             r->precision, r->unit);
         write_number(file, "seconds", r->seconds.wall);
+        write_number(file, "mean_seconds", r->seconds.mean > 0.0 ? r->seconds.mean : NAN);
         write_number(file, "core_seconds", r->seconds.core);
         write_number(file, "per_second", r->work / r->seconds.wall);
         write_number(file, "per_core_second", r->work / r->seconds.core);
         write_number(file, "error_over_rms", r->error_rms);
         write_number(file, "error_over_median", r->error_median);
         write_number(file, "allowed", r->allowed > 0.0 ? r->allowed : NAN);
-        for (int x = 0; x < 3 && r->extra[x].name; x++) {
+        for (int x = 0; x < GBG_BENCH_EXTRAS && r->extra[x].name; x++) {
             write_number(file, r->extra[x].name, r->extra[x].value);
         }
         write_measured(file, &r->measured);
-        fprintf(file, ", \"commit\": \"%s\", \"machine\": \"%s\", \"cores\": %d, \"load\": %.2f}",
-                gbg_machine_commit(), machine.model, machine.cores, machine.load);
+        write_published(file, r);
+        fprintf(file,
+                ", \"commit\": \"%s\", \"machine\": \"%s\", \"card\": \"%s\", \"cores\": %d, "
+                "\"load\": %.2f}",
+                gbg_machine_commit(), machine.model, bench->context->card, machine.cores,
+                machine.load);
     }
     fprintf(file, "\n]\n");
 }
@@ -294,7 +417,7 @@ static int too_large(const struct gbg_bench *bench)
     int n = 0;
     for (int k = 0; k < bench->n_results; k++) {
         const struct gbg_bench_result *r = &bench->result[k];
-        n += r->allowed > 0.0 && !(r->error_rms <= r->allowed);
+        n += is_too_large(r);
     }
     return n;
 }
@@ -305,19 +428,29 @@ int gbg_bench_main(const struct gbg_bench_options *options)
         return list_cases();
     }
     const struct gbg_bench_case *chosen = find_case(options->name);
-    struct gbg_bench bench = {.options = options, .case_name = options->name};
+    struct gbg_bench bench = {
+        .options = options, .case_name = options->name, .began = gbg_bench_now()};
     if (!chosen || !open_context(options, &bench.context)) {
         return 2;
     }
     print_head(&bench);
     int status = chosen->run(&bench);
+    if (bench.late > 0) {
+        printf("%g s are over: lines are missing\n", options->seconds);
+    }
+    if (status == GBG_OK && options->only && bench.n_results + bench.left_out + bench.late == 0) {
+        fprintf(stderr, "gamboge bench: case %s has no line whose name holds \"%s\"\n",
+                options->name, options->only);
+        gbg_context_destroy(&bench.context);
+        return 2;
+    }
     if (status == GBG_OK && options->json) {
         status = write_file(&bench);
     }
     if (status != GBG_OK) {
         fprintf(stderr, "gamboge bench: %s\n", gbg_message(bench.context));
     }
-    int failed = status != GBG_OK || too_large(&bench) > 0;
+    int failed = status != GBG_OK || bench.refused > 0 || too_large(&bench) > 0;
     free(bench.result);
     gbg_context_destroy(&bench.context);
     return failed;

@@ -58,4 +58,6 @@ const struct gbg_kernels gbg_cuda_kernels = {
     .search_rows = ON(gbg_cuda_search_rows),
     .search_pairs = ON(gbg_cuda_search_pairs),
     .search_block = ON(gbg_cuda_search_block),
+    .direct_published = ON(gbg_cuda_direct_published),
+    .search_published = ON(gbg_cuda_search_published),
 };

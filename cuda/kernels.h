@@ -74,5 +74,8 @@ int gbg_cuda_search_pairs(struct gbg_device *device, struct gbg_search *search, 
                           int32_t *first, int32_t *second);
 int gbg_cuda_search_block(struct gbg_device *device, struct gbg_search *search,
                           struct gbg_search_block *block);
+/* Searches of earlier work, for the benchmark. */
+int gbg_cuda_search_published(struct gbg_device *device, struct gbg_search *search, int octant,
+                              double edge, double *seconds, int64_t *rows);
 
 #endif

@@ -26,6 +26,13 @@ int gbg_cuda_search_create(struct gbg_device *device, const struct gbg_box *box,
     struct gbg_search *made = (struct gbg_search *)body;
     made->frame.box = *box;
     made->totals = (struct gbg_cuda_totals *)totals;
+    for (int k = 0; k < 2 && status == GBG_OK; k++) {
+        status = gbg_cuda_status(device, cudaEventCreate(&made->event[k]), "making an event");
+    }
+    if (status != GBG_OK) {
+        gbg_cuda_search_destroy(device, made);
+        return status;
+    }
     *search = made;
     return GBG_OK;
 }
@@ -111,6 +118,11 @@ void gbg_cuda_search_destroy(struct gbg_device *device, struct gbg_search *searc
     gbg_cuda_release(device, search->first, search->key_capacity, 4);
     gbg_cuda_release(device, search->pair_offset, search->pair_capacity, 8);
     gbg_cuda_release(device, search->totals, 1, sizeof *search->totals);
+    for (int k = 0; k < 2; k++) {
+        if (search->event[k]) {
+            cudaEventDestroy(search->event[k]);
+        }
+    }
     gbg_release(search->gathered);
     gbg_release(search->batch);
     gbg_release(search);
@@ -345,6 +357,21 @@ static int same_plan(const struct gbg_search_plan *a, const struct gbg_search_pl
            a->edge == b->edge;
 }
 
+static int mark(struct gbg_device *device, struct gbg_search *search, int which)
+{
+    return gbg_cuda_status(device, cudaEventRecord(search->event[which], device->stream),
+                           "an event");
+}
+
+static int time_between(struct gbg_device *device, struct gbg_search *search, double *seconds)
+{
+    float ms = 0.0f;
+    int status = gbg_cuda_status(
+        device, cudaEventElapsedTime(&ms, search->event[0], search->event[1]), "an event");
+    *seconds = 1e-3 * ms;
+    return status;
+}
+
 int gbg_cuda_search_update(struct gbg_device *device, struct gbg_search *search,
                            const struct gbg_search_plan *plan, const struct gbg_points *points,
                            struct gbg_search_report *report)
@@ -363,11 +390,13 @@ int gbg_cuda_search_update(struct gbg_device *device, struct gbg_search *search,
     int status = use(device);
     status = status ? status : reserve(device, search, points->n);
     status = status ? status : gbg_cuda_search_encode(device, search, points);
+    status = status ? status : mark(device, search, 0);
     if (status == GBG_OK && plan->skin > 0.0) {
         status = update_list(device, search, &report->searched, &totals);
     } else if (status == GBG_OK) {
         status = search_anew(device, search, &report->crowded, &totals);
     }
+    status = status ? status : mark(device, search, 1);
     if (status == GBG_OK) { /* whatever went wrong on the device belongs to this call */
         status = gbg_cuda_status(device, cudaStreamSynchronize(device->stream), "neighbour search");
     } else {
@@ -377,9 +406,10 @@ int gbg_cuda_search_update(struct gbg_device *device, struct gbg_search *search,
     if (status != GBG_OK || report->crowded.first >= 0) {
         return status;
     }
+    status = time_between(device, search, &report->device_seconds);
     report->rows = search->out.total;
     report->candidates = (int64_t)totals.looked;
     gbg_search_frame_report(&search->frame, report);
     search->has_result = 1;
-    return GBG_OK;
+    return status;
 }

@@ -47,6 +47,7 @@ struct gbg_search {
     struct gbg_cuda_rows out, list; /* entries of the list are slots */
     int64_t *pair_offset;           /* n + 1: pairs before those with a first particle */
     struct gbg_cuda_totals *totals;
+    cudaEvent_t event[2]; /* coordinates are there; rows are there */
 
     /* on the host */
     double *gathered; /* coordinates that stand far apart at the caller */

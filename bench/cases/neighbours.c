@@ -4,9 +4,10 @@
 #include <string.h>
 
 #include "bench/bench.h"
+#include "bench/cases/neighbours_device.h"
 #include "bench/cases/neighbours_published.h"
+#include "core/context.h"
 #include "core/memory.h"
-#include "core/sha256.h"
 #include "gamboge/gamboge.h"
 
 enum { SIZES = 8, EDGES = 3, ROOM_EACH = 4 };
@@ -34,35 +35,71 @@ struct set {
     double *position[3];
     int64_t *offset;
     int32_t *neighbour;
-    char digest[65];
-    int64_t rows; /* neighbours of all */
+    uint64_t digest;
+    int has_device_time; /* 1: the backend tells the time of the device apart */
+    int64_t rows;        /* neighbours of all */
 };
 
+/* Times of the parts of each call, the first left out: to find the pairs from the caller's
+ * coordinates, without the way to the GPU if that is told apart, and to hand the rows over. */
+enum { UPDATE, DEVICE, ROWS, PARTS, MOST_CALLS = 128 };
 struct job {
     struct set *set;
     struct gbg_neighbours *neighbours;
+    int calls;
+    double part[PARTS][MOST_CALLS];
 };
 
 static int search(void *user)
 {
     struct job *job = user;
     struct set *set = job->set;
+    double start = gbg_bench_now(), found, device = NAN;
     int status = gbg_neighbours_update(job->neighbours, set->n, set->position[0], set->position[1],
                                        set->position[2], 1, NULL);
-    return status ? status
-                  : gbg_neighbours_csr(job->neighbours, 0, set->n + 1, set->offset, set->capacity,
-                                       set->neighbour);
+    found = gbg_bench_now();
+    status = status ? status
+                    : gbg_neighbours_csr(job->neighbours, 0, set->n + 1, set->offset, set->capacity,
+                                         set->neighbour);
+    int k = job->calls++ - 1;
+    if (status == GBG_OK && k >= 0 && k < MOST_CALLS) {
+        double times[PARTS] = {found - start, 0.0, gbg_bench_now() - found};
+        if (set->has_device_time) {
+            status = gbg_neighbours_statistic(job->neighbours, "device_seconds", &device);
+        }
+        times[DEVICE] = device;
+        for (int p = 0; p < PARTS; p++) {
+            job->part[p][k] = times[p];
+        }
+    }
+    return status;
 }
 
-static void digest_of(const struct set *set, char text[65])
+/* Median of a part in milliseconds. */
+static double part_ms(struct job *job, int part)
 {
-    struct gbg_sha256 hash;
-    unsigned char digest[32];
-    gbg_sha256_start(&hash);
-    gbg_sha256_add(&hash, set->offset, (size_t)(set->n + 1) * sizeof *set->offset);
-    gbg_sha256_add(&hash, set->neighbour, (size_t)set->offset[set->n] * sizeof *set->neighbour);
-    gbg_sha256_finish(&hash, digest);
-    gbg_sha256_text(digest, text);
+    int n = job->calls - 1 < MOST_CALLS ? job->calls - 1 : MOST_CALLS;
+    return 1e3 * gbg_bench_median(job->part[part], n);
+}
+
+/* A number that two different results share by chance once in 2^64: rows of a set of 2^26 are too
+ * long for a cryptographic one. */
+static uint64_t stir(uint64_t hash, const void *data, size_t bytes)
+{
+    const unsigned char *from = data;
+    for (size_t at = 0; at < bytes; at += 8) {
+        uint64_t word = 0;
+        memcpy(&word, from + at, bytes - at < 8 ? bytes - at : 8);
+        hash = (hash ^ word) * UINT64_C(0x9E3779B97F4A7C15);
+        hash ^= hash >> 29;
+    }
+    return hash;
+}
+
+static uint64_t digest_of(const struct set *set)
+{
+    uint64_t hash = stir(1, set->offset, (size_t)(set->n + 1) * sizeof *set->offset);
+    return stir(hash, set->neighbour, (size_t)set->offset[set->n] * sizeof *set->neighbour);
 }
 
 static void release(struct set *set)
@@ -96,7 +133,7 @@ static int find_reference(struct set *set)
     status = status ? status : search(&job);
     if (status == GBG_OK) {
         set->rows = set->offset[set->n];
-        digest_of(set, set->digest);
+        set->digest = digest_of(set);
     }
     gbg_neighbours_destroy(&job.neighbours);
     return status;
@@ -105,14 +142,21 @@ static int find_reference(struct set *set)
 static void describe(const struct set *set, double candidates, double found,
                      struct gbg_bench_result *result)
 {
-    result->extra[0].name = "candidates per neighbour";
-    result->extra[0].value = candidates / found;
-    result->extra[1].name = "neighbours";
-    result->extra[1].value = found / (double)set->n;
+    gbg_bench_extra(result, "candidates per neighbour", candidates / found);
+    gbg_bench_extra(result, "neighbours", found / (double)set->n);
     if (set->per_cell > 0.0) {
-        result->extra[2].name = "per cell";
-        result->extra[2].value = set->per_cell;
+        gbg_bench_extra(result, "per cell", set->per_cell);
     }
+}
+
+/* Whether a device tells its time is known after a first update. */
+static int look_for_device_time(struct job *job)
+{
+    double seconds;
+    job->set->has_device_time =
+        gbg_neighbours_statistic(job->neighbours, "device_seconds", &seconds) == GBG_OK &&
+        seconds > 0.0;
+    return GBG_OK;
 }
 
 /* One method of the library: checked, then timed with the copying of rows to the caller. */
@@ -120,6 +164,9 @@ static int time_method(struct gbg_bench *bench, struct set *set, const char *wha
                        const char *method, double skin)
 {
     struct job job = {.set = set};
+    if (!gbg_bench_wanted(bench, what)) {
+        return GBG_OK;
+    }
     struct gbg_bench_result result = {.what = what,
                                       .precision = "exact",
                                       .unit = "particles",
@@ -127,20 +174,26 @@ static int time_method(struct gbg_bench *bench, struct set *set, const char *wha
                                       .work = (double)set->n,
                                       .error_median = NAN,
                                       .allowed = 1e-300};
-    char text[65];
     double candidates = 0.0;
     int status = gbg_neighbours_create(set->context, set->dimension, set->length, set->radius,
                                        method, skin, &job.neighbours);
     status = status ? status : search(&job);
     if (status == GBG_OK) {
-        digest_of(set, text);
-        result.error_rms = strcmp(text, set->digest) == 0 ? 0.0 : 1.0;
+        result.error_rms = digest_of(set) == set->digest ? 0.0 : 1.0;
         status = gbg_neighbours_statistic(job.neighbours, "candidates", &candidates);
     }
+    status = status ? status : look_for_device_time(&job);
+    job.calls = 0; /* that was one to check */
     status = status ? status : gbg_bench_time(search, &job, &result.seconds);
     gbg_neighbours_destroy(&job.neighbours);
     describe(set, candidates, (double)set->rows, &result);
-    return status ? status : gbg_bench_report(bench, &result);
+    gbg_bench_extra(&result, "update ms", part_ms(&job, UPDATE));
+    gbg_bench_extra(&result, "rows ms", part_ms(&job, ROWS));
+    if (set->has_device_time) {
+        gbg_bench_extra(&result, "device ms", part_ms(&job, DEVICE));
+    }
+    return status ? gbg_bench_leave_out(bench, what, set->n, status)
+                  : gbg_bench_report(bench, &result);
 }
 
 struct published_job {
@@ -159,6 +212,9 @@ static int search_published(void *user)
 static int time_published(struct gbg_bench *bench, struct set *set, struct gbg_published *published,
                           const char *what, int stage)
 {
+    if (!gbg_bench_wanted(bench, what)) {
+        return GBG_OK;
+    }
     struct published_job job = {published, stage};
     struct gbg_bench_result result = {.what = what,
                                       .precision = "double",
@@ -204,6 +260,21 @@ static int make_paper_set(struct set *set, double edge, double wanted, int cells
     return status;
 }
 
+/* The searches in plain C are for comparison on the same processor. */
+static int on_host(const struct gbg_bench *bench)
+{
+    return strcmp(bench->context->backend, "cuda") != 0;
+}
+
+static int any_wanted(struct gbg_bench *bench, const char *const *names, int n)
+{
+    int wanted = 0;
+    for (int k = 0; k < n; k++) {
+        wanted |= gbg_bench_wanted(bench, names[k]);
+    }
+    return wanted;
+}
+
 /* Experiment 1: the containing cell, then the neighbour cells axis after axis. Experiment 2: all 27
  * cells (Green 2010) against the 8 of an octant, and the library on the same points. */
 static int run_experiment(struct gbg_bench *bench, int experiment, int e, int64_t n, double wanted)
@@ -221,18 +292,26 @@ static int run_experiment(struct gbg_bench *bench, int experiment, int e, int64_
     struct set set = {.context = bench->context, .n = n};
     struct gbg_published *published = NULL;
     int cells[3];
+    int first = experiment == 0 ? 0 : on_host(bench) ? 4 : 6;
+    int last = experiment == 0 ? (on_host(bench) ? 3 : -1) : 8;
+    if (!any_wanted(bench, &names[e][first], last - first + 1)) {
+        return GBG_OK;
+    }
     int status = make_paper_set(&set, edges[e], wanted, cells);
-    status = status ? status
-                    : gbg_published_create(set.context, n, set.length, cells, set.radius,
-                                           set.position, set.capacity, &published);
+    if (status == GBG_OK && on_host(bench)) {
+        status = gbg_published_create(set.context, n, set.length, cells, set.radius, set.position,
+                                      set.capacity, &published);
+    }
     for (int s = 0; s <= GBG_PUBLISHED_OCTANT && status == GBG_OK && experiment == 0; s++) {
         status = time_published(bench, &set, published, names[e][s], s);
     }
-    if (status == GBG_OK && experiment == 1) {
+    if (status == GBG_OK && experiment == 1 && published) {
         status = time_published(bench, &set, published, names[e][4], GBG_PUBLISHED_ALL);
         status = status ? status
                         : time_published(bench, &set, published, names[e][5], GBG_PUBLISHED_OCTANT);
-        status = status ? status : time_method(bench, &set, names[e][6], octants[e], 0.0);
+    }
+    if (status == GBG_OK && experiment == 1) {
+        status = time_method(bench, &set, names[e][6], octants[e], 0.0);
         status = status ? status : time_method(bench, &set, names[e][7], grids[e], 0.0);
         status = status ? status : time_method(bench, &set, names[e][8], "auto", 0.0);
     }
@@ -258,10 +337,22 @@ static const struct method methods[] = {
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
+static int any_method_wanted(struct gbg_bench *bench, int dimension)
+{
+    int wanted = 0;
+    for (int k = 0; k < METHODS; k++) {
+        wanted |= any_wanted(bench, &methods[k].what[dimension - 2], 1);
+    }
+    return wanted | (!on_host(bench) && gbg_bench_device_wanted(bench, dimension));
+}
+
 /* Uniform points of density 1 with so many neighbours each. */
 static int run_uniform(struct gbg_bench *bench, int dimension, int64_t n, double neighbours)
 {
     struct set set = {.context = bench->context, .dimension = dimension, .n = n};
+    if (!any_method_wanted(bench, dimension)) {
+        return GBG_OK;
+    }
     for (int a = 0; a < dimension; a++) {
         set.length[a] = pow((double)n, 1.0 / dimension);
     }
@@ -271,9 +362,20 @@ static int run_uniform(struct gbg_bench *bench, int dimension, int64_t n, double
         gbg_bench_points(dimension, set.length, 0, n, set.position);
         status = find_reference(&set);
     }
+    if (status != GBG_OK) {
+        status =
+            gbg_bench_leave_out(bench, dimension == 2 ? "2D uniform" : "3D uniform", n, status);
+        release(&set);
+        return status;
+    }
     for (int k = 0; k < METHODS && status == GBG_OK; k++) {
         status = time_method(bench, &set, methods[k].what[dimension - 2], methods[k].name,
                              methods[k].skin * set.radius);
+    }
+    if (status == GBG_OK && !on_host(bench)) {
+        status = gbg_bench_published_on_device(bench, dimension, set.length, set.radius, n,
+                                               set.position);
+        status = status ? gbg_bench_leave_out(bench, "device", n, status) : GBG_OK;
     }
     release(&set);
     return status;
@@ -286,6 +388,9 @@ static int run_contacts(struct gbg_bench *bench, int dimension, int64_t n)
     static const char *const what[2][3] = {
         {"2D contacts occupancy", "2D contacts grid R", "2D contacts auto"},
         {"3D contacts occupancy", "3D contacts grid R", "3D contacts auto"}};
+    if (!any_wanted(bench, what[dimension - 2], 3)) {
+        return GBG_OK;
+    }
     struct set set = {.context = bench->context, .dimension = dimension, .n = n, .radius = 1.0};
     int status = reserve(&set, 8.0);
     if (status == GBG_OK) {
@@ -325,6 +430,7 @@ static int run_densities(struct gbg_bench *bench)
 static int run(struct gbg_bench *bench)
 {
     static const int64_t large[] = {1 << 12, 1 << 16, 1 << 20, 0};
+    static const int64_t on_device[] = {1 << 12, 1 << 16, 1 << 20, 1 << 22, 1 << 24, 1 << 26, 0};
     int64_t size[16];
     int status = GBG_OK, quick = bench->options->quick;
     int n_sizes = gbg_bench_sizes(bench, paper_sizes, 1000, size);
@@ -340,7 +446,7 @@ static int run(struct gbg_bench *bench)
             }
         }
     }
-    n_sizes = gbg_bench_sizes(bench, large, 1 << 12, size);
+    n_sizes = gbg_bench_sizes(bench, on_host(bench) ? large : on_device, 1 << 12, size);
     for (int k = 0; k < n_sizes && status == GBG_OK; k++) {
         status = run_uniform(bench, 2, size[k], 10.0);
         status = status ? status : run_uniform(bench, 3, size[k], 30.0);

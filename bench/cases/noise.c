@@ -56,6 +56,9 @@ static int run_one(struct gbg_bench *bench, int dimension, int64_t n)
                                       .n = n,
                                       .work = (double)(n * dimension),
                                       .allowed = 2e-7};
+    if (!gbg_bench_wanted(bench, result.what)) {
+        return 0;
+    }
     int status = gbg_allocate(bench->context, (void **)&job.values, n * dimension,
                               sizeof *job.values, "deviates");
     if (status == 0) {

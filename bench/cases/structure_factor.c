@@ -192,7 +192,9 @@ static int run(struct gbg_bench *bench)
     int sizes = gbg_bench_sizes(bench, list, 1 << 14, size), status = 0;
     for (int k = 0; k < sizes; k++) {
         for (size_t v = 0; v < sizeof variants / sizeof *variants && status == 0; v++) {
-            status = run_one(bench, &variants[v], size[k]);
+            if (gbg_bench_wanted(bench, variants[v].what)) {
+                status = run_one(bench, &variants[v], size[k]);
+            }
         }
     }
     return status;

@@ -265,8 +265,8 @@ int gbg_neighbours_visit(struct gbg_neighbours *neighbours, int base, gbg_neighb
 int gbg_neighbours_statistic(struct gbg_neighbours *neighbours, const char *name, double *value)
 {
     static const char call[] = "gbg_neighbours_statistic";
-    static const char *const names[] = {"candidates", "neighbours", "cells",
-                                        "updates",    "searches",   NULL};
+    static const char *const names[] = {"candidates", "neighbours",     "cells", "updates",
+                                        "searches",   "device_seconds", NULL};
     int status = check_filled(neighbours, call);
     if (status != GBG_OK) {
         return status;
@@ -277,10 +277,13 @@ int gbg_neighbours_statistic(struct gbg_neighbours *neighbours, const char *name
     }
     const struct gbg_search_report *report = &neighbours->report;
     double n = (double)neighbours->n;
-    const double values[] = {(double)report->candidates, n > 0.0 ? (double)report->rows / n : 0.0,
+    const double values[] = {(double)report->candidates,
+                             n > 0.0 ? (double)report->rows / n : 0.0,
                              (double)report->cells[0] * (double)report->cells[1] *
                                  (double)report->cells[2],
-                             (double)neighbours->updates, (double)neighbours->searches};
+                             (double)neighbours->updates,
+                             (double)neighbours->searches,
+                             report->device_seconds};
     int k = gbg_text_find(name, names);
     if (k < 0) {
         return gbg_fail(neighbours->context, GBG_E_NAME,

@@ -149,8 +149,9 @@ struct gbg_search_report {
     int64_t rows;       /* neighbours of all particles: twice the number of pairs */
     int64_t candidates; /* distances looked at for them, both directions */
     int64_t cells[3];
-    double edge;  /* shortest edge of a cell */
-    int searched; /* 0: an earlier list was still good */
+    double edge;           /* shortest edge of a cell */
+    int searched;          /* 0: an earlier list was still good */
+    double device_seconds; /* from coordinates on the device to rows there; 0: not told apart */
     /* two particles in one cell, for GBG_SEARCH_OCCUPANCY: the first such pair; first -1: none */
     struct gbg_pair crowded;
 };
@@ -265,6 +266,16 @@ struct gbg_kernels {
     /* Edge of a grid's cells over the reach, where nobody asked for one and a particle has that
      * many neighbours in the mean. NULL: the rule of the engine, which was measured on a CPU. */
     double (*search_edge)(const struct gbg_device *device, int dimension, double neighbours);
+
+    /* Designs of earlier work, for the benchmark alone. direct_published: the sum of direct_mixed
+     * by design 0 (tiles in shared memory) or 1 (warp shuffle) of Carter (2016). search_published:
+     * the particles of the last search_update, once more by cells of at least `edge`, all 3^d of
+     * them (Green 2010) or the 2^d of an octant (Perea and Cordero 2017, edge at least two radii);
+     * seconds on the device, and the neighbours found. */
+    int (*direct_published)(struct gbg_device *device, struct gbg_state *state, double power,
+                            int design);
+    int (*search_published)(struct gbg_device *device, struct gbg_search *search, int octant,
+                            double edge, double *seconds, int64_t *rows);
 };
 
 struct gbg_backend {
@@ -298,7 +309,9 @@ struct gbg_backend {
     const struct gbg_kernels *(*kernels)(const struct gbg_device *device);
 };
 
-/* The backend of that name, or NULL. */
+/* The backend of that name, or NULL. Hidden from users, shared with the program's benchmarks. */
+#pragma GCC visibility push(default)
 const struct gbg_backend *gbg_backend_find(const char *name);
+#pragma GCC visibility pop
 
 #endif

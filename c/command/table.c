@@ -73,6 +73,8 @@ const struct gbg_command gbg_commands[] = {
       {"n", "N", "particles (default: the sizes of the case)", GBG_INTEGER, 1, 4294967296.0, 0},
       {"json", "F", "file for the figures", GBG_TEXT, 0, 0, 0},
       {"quick", NULL, "small sizes only", GBG_FLAG, 0, 0, 0},
+      {"only", "TEXT", "the lines whose names hold this text", GBG_TEXT, 0, 0, 0},
+      {"seconds", "S", "no line begins after that time", GBG_REAL, 0, 1e9, 0},
       END}},
     {"info", NULL, "version, components, backend and limits of this build",
      gbg_command_info,

@@ -83,7 +83,7 @@ thesis_line() {
     local table=6.5
     [ "$1" = short ] || table=6.2
     awk -F, -v table=$table -v n="$2" '$1 == table && $2 == n {print $3 "," $4 "," $5 "," $6 "," $7; found = 1}
-        END {if (!found) print ",,,,"}' "$root/examples/carter2016/thesis.csv"
+        END {if (!found) print ",,,,"}' "$root/bench/carter2016.csv"
 }
 
 # table_of RANGE RULE: rounds_RANGE_RULE.csv, its plot, and the table on the screen.

@@ -65,7 +65,8 @@ GBG_API int gbg_neighbours_visit(struct gbg_neighbours *neighbours, int base,
                                  gbg_neighbours_batch batch, void *user);
 
 /* Of the last update: "candidates" (distances looked at, both directions of a pair), "neighbours"
- * (mean of a particle), "cells"; since create: "updates", "searches". */
+ * (mean of a particle), "cells", "device_seconds" (on a GPU, from coordinates there to rows there,
+ * which stay; 0 on the processor); since create: "updates", "searches". */
 GBG_API int gbg_neighbours_statistic(struct gbg_neighbours *neighbours, const char *name,
                                      double *value);
 /* What the last update did: "grid, 31x31 cells of 1.03 radius". */

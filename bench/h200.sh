@@ -1,0 +1,168 @@
+#!/bin/sh
+# All that bench/results holds of a machine with a GPU: figures as JSON, tables, the log of the tests against the CPU.
+set -u
+
+usage() {
+    cat <<'END'
+usage: h200.sh [OPTION...] FOLDER PROGRAMS
+  FOLDER         receives CASE.json for every case, log.txt (the tables) and tests.txt
+  PROGRAMS       a build directory, or a command that runs a program by its name: PROGRAMS gamboge ..., PROGRAMS backend_step
+  --parts "P..." of: tests short-range carter2016 direct sizes noise neighbours huge (default: all but huge, which is
+                 sizes at 2^30 and needs 50 GB of memory on the host and minutes for the start)
+  --total S      seconds for all parts (default 530); what does not fit any more is left out and named
+  --backend B    default cuda:0
+  --n N          one size for every case: to try the script
+END
+}
+
+complain() {
+    echo "h200.sh: $*" >&2
+    exit 2
+}
+
+parts='tests short-range carter2016 direct sizes noise neighbours' total=530 backend=cuda:0 n=''
+while [ $# -gt 0 ]; do
+    case $1 in
+    --parts | --total | --backend | --n)
+        [ $# -gt 1 ] || complain "$1 needs a value"
+        case $1 in
+        --parts) parts=$2 ;;
+        --total) total=$2 ;;
+        --backend) backend=$2 ;;
+        --n) n=$2 ;;
+        esac
+        shift 2
+        ;;
+    --help | -h)
+        usage
+        exit
+        ;;
+    -*) complain "there is no option $1 (--help lists them)" ;;
+    *) break ;;
+    esac
+done
+[ $# -eq 2 ] || complain "a folder and the programs are needed (--help)"
+folder=$1 programs=$2
+mkdir -p "$folder" || complain "cannot make $folder"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+began=$(date +%s)
+failed=0
+log=$folder/log.txt
+: >"$log"
+
+say() {
+    printf '%s\n' "$*" | tee -a "$log"
+}
+
+left() {
+    echo $((total - $(date +%s) + began))
+}
+
+# start SECONDS NAME ARGUMENT...: a program with a limit of time.
+start() {
+    limit=$1 name=$2
+    shift 2
+    if [ -d "$programs" ]; then
+        if [ -x "$programs/bin/$name" ]; then
+            timeout -k 5 "$limit" "$programs/bin/$name" "$@"
+        else
+            timeout -k 5 "$limit" "$programs/tests/backend/$name" "$@"
+        fi
+    else
+        # shellcheck disable=SC2086
+        timeout -k 5 "$limit" $programs "$name" "$@"
+    fi
+}
+
+# Lines of all JSON files of a case as one file.
+join() {
+    case=$1
+    cat "$work/$case".*.json 2>/dev/null | awk '/^ *\{/ {sub(/,$/, ""); line[++n] = $0}
+        END {print "["; for (k = 1; k <= n; k++) print line[k] (k < n ? "," : ""); print "]"}' >"$folder/$case.json"
+}
+
+# bench SECONDS CASE ARGUMENT...: the case may begin lines for so long, and is ended when it takes half as much again.
+runs=0
+bench() {
+    seconds=$1 case=$2
+    shift 2
+    rest=$(left)
+    [ "$seconds" -le "$rest" ] || seconds=$rest
+    if [ "$seconds" -lt 5 ]; then
+        say "== $case $*: left out, no time"
+        failed=1
+        return
+    fi
+    runs=$((runs + 1))
+    ending=$((seconds + seconds / 2))
+    [ "$ending" -le "$rest" ] || ending=$rest
+    say "== $case $* ($(left) s are left)"
+    start "$ending" gamboge bench "$case" --backend "$backend" --seconds "$seconds" --json "$work/$case.$(printf %03d $runs).json" \
+        ${n:+--n} ${n:+"$n"} "$@" >"$work/out" 2>&1
+    status=$?
+    tee -a "$log" <"$work/out"
+    if [ $status -ne 0 ]; then
+        say "== $case $*: exit status $status"
+        failed=1
+    fi
+    join "$case"
+}
+
+# Each program of the tests: its exit status (77: skipped) and what it says of itself.
+tests() {
+    : >"$folder/tests.txt"
+    for test in step forces lists search certify checks contacts bridge events steps order robust lost; do
+        rest=$(left)
+        [ "$rest" -gt 5 ] || rest=5
+        [ "$rest" -lt 60 ] || rest=60
+        start "$rest" "backend_$test" >"$work/out" 2>&1
+        status=$?
+        { echo "==== backend_$test: exit status $status"; cat "$work/out"; } >>"$folder/tests.txt"
+        words=$(grep -a -E '^\[ +(PASSED|FAILED) +\] +[0-9]+ test' "$work/out" | tr '\n' ' ')
+        case $status in
+        0) ;;
+        77) words="skipped: $(tail -n 1 "$work/out")" ;;
+        126 | 127) words="not there"; failed=1 ;;
+        *) words="$words FAILED (exit status $status)"; failed=1 ;;
+        esac
+        say "backend_$test: $words"
+    done
+}
+
+for part in $parts; do
+    case $part in
+    tests) tests ;;
+    short-range) bench 60 short-range ;;
+    carter2016) bench 170 carter2016 ;;
+    direct)
+        bench 30 direct
+        [ -n "$n" ] || bench 40 direct --n 1048576
+        ;;
+    sizes)
+        for size in 4194304 16777216 67108864; do
+            if [ -n "$n" ]; then
+                bench 30 sizes
+                break
+            fi
+            bench 40 sizes --n $size
+        done
+        ;;
+    huge) bench 400 sizes --n 1073741824 --only "no hard" ;;
+    noise) bench 10 noise ;;
+    neighbours)
+        if [ -n "$n" ]; then
+            bench 30 neighbours
+        else
+            bench 60 neighbours --n 1048576
+            for words in auto device; do
+                bench 20 neighbours --n 16777216 --only $words
+                bench 20 neighbours --n 67108864 --only "2D $words"
+            done
+        fi
+        ;;
+    *) complain "there is no part $part (--help lists them)" ;;
+    esac
+done
+say "== $(($(date +%s) - began)) s in all"
+exit $failed
