@@ -88,8 +88,10 @@ int gbg_cuda_direct_finish(struct gbg_device *device, const struct gbg_state *st
 int gbg_cuda_direct_reserve(struct gbg_device *device, const struct gbg_state *state)
 {
     struct gbg_cuda_direct direct = gbg_cuda_direct_make(state, 2.0);
+    size_t symmetric = gbg_cuda_symmetric_bytes(state), strict = gbg_cuda_strict_bytes(state);
     void *rest;
-    return gbg_cuda_direct_room(device, state, &direct, gbg_cuda_symmetric_bytes(state), &rest);
+    return gbg_cuda_direct_room(device, state, &direct, symmetric > strict ? symmetric : strict,
+                                &rest);
 }
 
 /* The reference: a block a target, compensated sums of its threads, then a tree. */

@@ -38,8 +38,9 @@ int gbg_cuda_direct_room(struct gbg_device *device, const struct gbg_state *stat
 /* force (+)= mobility factor sum of the segments' fields. */
 int gbg_cuda_direct_finish(struct gbg_device *device, const struct gbg_state *state,
                            const struct gbg_cuda_direct *direct, int add);
-/* Workspace of the symmetric sum, for direct_reserve. */
+/* Workspace of the symmetric and the strict sum, for direct_reserve. */
 size_t gbg_cuda_symmetric_bytes(const struct gbg_state *state);
+size_t gbg_cuda_strict_bytes(const struct gbg_state *state);
 
 static __device__ __forceinline__ double gbg_cuda_alpha(const struct gbg_state &state, int64_t i)
 {

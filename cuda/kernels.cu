@@ -30,6 +30,7 @@ const struct gbg_kernels gbg_cuda_kernels = {
     .integrate = ON(gbg_cuda_integrate),
     .direct_mixed = ON(gbg_cuda_direct_mixed),
     .direct_double = ON(gbg_cuda_direct_double),
+    .direct_strict = ON(gbg_cuda_direct_strict),
     .direct_reserve = ON(gbg_cuda_direct_reserve),
     .direct_targets = ON(gbg_cuda_direct_targets),
     .list_create = ON(gbg_cuda_list_create),

@@ -21,6 +21,8 @@ int gbg_cuda_direct_mixed(struct gbg_device *device, struct gbg_state *state, do
                           int add);
 int gbg_cuda_direct_double(struct gbg_device *device, struct gbg_state *state, double power,
                            int add);
+int gbg_cuda_direct_strict(struct gbg_device *device, struct gbg_state *state, double power,
+                           int add);
 int gbg_cuda_direct_reserve(struct gbg_device *device, const struct gbg_state *state);
 int gbg_cuda_direct_targets(struct gbg_device *device, struct gbg_state *state, double power,
                             double cutoff, int64_t n_targets, const int32_t *target,

@@ -167,6 +167,10 @@ GBG_VECTOR vf vf_from_vi(vi a)
 {
     return __int2float_rn(a);
 }
+GBG_VECTOR vi vi_from_vf(vf a)
+{
+    return __float2int_rn(a);
+}
 GBG_VECTOR vi vi_of_bits(vf a)
 {
     return __float_as_int(a);
@@ -179,6 +183,14 @@ GBG_VECTOR vf vf_of_bits(vi a)
 GBG_VECTOR vd vd_set(double a)
 {
     return a;
+}
+GBG_VECTOR vd vd_load(const double *p)
+{
+    return *p;
+}
+GBG_VECTOR void vd_store(double *p, vd a)
+{
+    *p = a;
 }
 GBG_VECTOR vd vd_add(vd a, vd b)
 {

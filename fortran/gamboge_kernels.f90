@@ -51,7 +51,8 @@ contains
       real(real64), intent(inout), target :: f(:, :)
       ! [length], at most half the shortest box length; 0 or absent: all pairs
       real(real64), intent(in), optional :: cutoff
-      ! 'mixed' (the default: 32-bit pairs, 64-bit sums) or 'double'
+      ! 'mixed' (the default: 32-bit pairs, 64-bit sums), 'double' or
+      ! 'strict' (mixed, the same bits on every processor and GPU)
       character(*), intent(in), optional :: precision
       integer, intent(out), optional :: stat
       character(*), intent(inout), optional :: errmsg

@@ -151,12 +151,14 @@ int gbg_pair_forces(struct gbg_context *context, int dimension, const double *le
         return gbg_fail(NULL, GBG_E_ARGUMENT, "%s: context is NULL", call);
     }
     int use_double = precision && strcmp(precision, "double") == 0;
-    if (!use_double && !(precision && strcmp(precision, "mixed") == 0)) {
-        return gbg_fail(context, GBG_E_NAME, "%s: precision is \"%s\", allowed mixed or double",
-                        call, precision ? precision : "(NULL)");
+    int strict = precision && strcmp(precision, "strict") == 0;
+    if (!use_double && !strict && !(precision && strcmp(precision, "mixed") == 0)) {
+        return gbg_fail(context, GBG_E_NAME,
+                        "%s: precision is \"%s\", allowed mixed, double or strict", call,
+                        precision ? precision : "(NULL)");
     }
     const struct gbg_points points = {n, {x, y, z}, step};
-    const struct gbg_pair_sum sum = {power, cutoff, use_double, alpha, mobility};
+    const struct gbg_pair_sum sum = {power, cutoff, use_double, strict, alpha, mobility};
     double *const force[3] = {fx, fy, fz};
     int status = gbg_bare_check(context, call, dimension, lengths, &points);
     status = status ? status : check_law(context, dimension, lengths, power, cutoff);

@@ -179,6 +179,8 @@ struct gbg_kernels {
      * 1 adds to what is there. Mixed: 32-bit pairs from the high words, 64-bit sums. */
     int (*direct_mixed)(struct gbg_device *device, struct gbg_state *state, double power, int add);
     int (*direct_double)(struct gbg_device *device, struct gbg_state *state, double power, int add);
+    /* Mixed, with the same bits on every backend: backend/cpu/direct_strict.h defines the sum. */
+    int (*direct_strict)(struct gbg_device *device, struct gbg_state *state, double power, int add);
 
     /* Takes the scratch memory that direct sums need, before the first of them. */
     int (*direct_reserve)(struct gbg_device *device, const struct gbg_state *state);

@@ -36,6 +36,7 @@ struct gbg_engine {
     struct gbg_plan_step plan[GBG_STEPS_MAX];
     int n_plan;
     int use_double; /* forces by the double kernels */
+    int strict;     /* sums over all pairs by the kernel of the same bits everywhere */
     double cutoff;  /* largest of the cut-off forces */
     struct gbg_noise noise;
     double contact; /* largest contact distance; 0: no hard cores */

@@ -48,8 +48,10 @@ static int sum_pairs(struct gbg_bare *bare, const struct gbg_pair_sum *sum)
     if (sum->cutoff > 0.0) {
         return sum_within_cutoff(bare, sum);
     }
-    return (sum->use_double ? bare->kernels->direct_double : bare->kernels->direct_mixed)(
-        bare->device, &bare->state, sum->power, 0);
+    const struct gbg_kernels *kernels = bare->kernels;
+    return (sum->strict       ? kernels->direct_strict
+            : sum->use_double ? kernels->direct_double
+                              : kernels->direct_mixed)(bare->device, &bare->state, sum->power, 0);
 }
 
 static int give_forces(struct gbg_bare *bare, const double *mobility, double *buffer,

@@ -6,8 +6,8 @@
 
 /* What to sum: arguments of gbg_pair_forces that have been checked. */
 struct gbg_pair_sum {
-    double power, cutoff; /* cutoff 0: all pairs */
-    int use_double;
+    double power, cutoff;   /* cutoff 0: all pairs */
+    int use_double, strict; /* of the sum over all pairs; else mixed */
     const double *alpha, *mobility;
 };
 

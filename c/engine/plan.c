@@ -128,15 +128,18 @@ static int plan_forces(struct gbg_engine *engine)
                        f == 0 ? words : 0.0, gbg_step_cutoff, "r/r^%g within %.4g",
                        force->power + 1.0, force->cutoff);
         } else {
-            int missing = engine->use_double ? !kernels->direct_double : !kernels->direct_mixed;
-            if (missing) {
+            const char *const name = engine->strict       ? "direct_strict"
+                                     : engine->use_double ? "direct_double"
+                                                          : "direct_mixed";
+            if (!(engine->strict       ? kernels->direct_strict
+                  : engine->use_double ? kernels->direct_double
+                                       : kernels->direct_mixed)) {
                 return gbg_fail(engine->context, GBG_E_UNBUILT,
                                 "forces[%d]: backend %s has no "
                                 "direct sum",
                                 f, engine->backend->name);
             }
-            step = add(engine, engine->use_double ? "direct_double" : "direct_mixed",
-                       f == 0 ? words : 0.0, gbg_step_direct,
+            step = add(engine, name, f == 0 ? words : 0.0, gbg_step_direct,
                        "r/r^%g over all pairs, nearest images", force->power + 1.0);
         }
         step->force = f;
@@ -182,6 +185,7 @@ int gbg_engine_plan(struct gbg_engine *engine)
     const struct gbg_scene *scene = &engine->scene;
     double words = 8.0 * scene->dimension;
     engine->use_double = scene->precision == GBG_PRECISION_DOUBLE; /* auto: mixed, 1e-6 or better */
+    engine->strict = scene->precision == GBG_PRECISION_STRICT;
     int status = plan_forces(engine);
     if (status == GBG_OK && engine->contact > 0.0) {
         add(engine, "keep", words, gbg_step_keep, "positions before the step");

@@ -26,8 +26,10 @@ int gbg_step_direct(struct gbg_engine *engine, const struct gbg_plan_step *step)
 {
     const struct gbg_force *force = &engine->scene.force[step->force];
     const struct gbg_kernels *kernels = engine->kernels;
-    return (engine->use_double ? kernels->direct_double : kernels->direct_mixed)(
-        engine->device, &engine->state, force->power, step->force > 0);
+    return (engine->strict       ? kernels->direct_strict
+            : engine->use_double ? kernels->direct_double
+                                 : kernels->direct_mixed)(engine->device, &engine->state,
+                                                          force->power, step->force > 0);
 }
 
 int gbg_step_keep(struct gbg_engine *engine, const struct gbg_plan_step *step)

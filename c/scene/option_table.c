@@ -111,8 +111,9 @@ const struct gbg_option gbg_scene_options[] = {
            "what is done with larger noise: cut to the limit, or drawn again", 0, move),
     OPTION("dynamics.noise.rescale", GBG_SWITCH, rescale, "false", "false, true",
            "limited noise is rescaled to unit variance", 0, move),
-    PLAIN("precision.mode", GBG_CHOICE, precision, "auto", "auto, mixed, double",
-          "of the forces: mixed is 32-bit pairs and 64-bit sums"),
+    PLAIN("precision.mode", GBG_CHOICE, precision, "auto", "auto, mixed, double, strict",
+          "of the forces: mixed is 32-bit pairs and 64-bit sums; strict is mixed with the same bits "
+          "on every processor and GPU (cut-off sums have that in every mode)"),
     PLAIN("run.steps", GBG_INTEGER, steps, "0", "[0, 9007199254740992]",
           "number of steps that `gamboge run` makes"),
     PLAIN("run.seed", GBG_INTEGER, seed, "0", "[0, 4294967295]",

@@ -16,7 +16,8 @@ extern "C" {
 
 /* F_i = mobility_i sum_{k != i} alpha_k r_ik/|r_ik|^(power+1) with the nearest image of each k, all
  * pairs (cutoff 0) or those closer than cutoff (<= half the shortest box length). Coincident pairs
- * contribute nothing. precision: "mixed" (32-bit pairs, 64-bit sums) or "double". */
+ * contribute nothing. precision: "mixed" (32-bit pairs, 64-bit sums), "double", or
+ * "strict" (mixed, the same bits on every processor and GPU). */
 GBG_API int gbg_pair_forces(struct gbg_context *context, int dimension, const double *lengths,
                             double power, double cutoff, const char *precision, int64_t n,
                             const double *x, const double *y, const double *z, ptrdiff_t step,

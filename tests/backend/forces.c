@@ -203,12 +203,12 @@ static double distance(const double *p, const double *q)
     return error == 0.0 ? 0.0 : sqrt(error / size);
 }
 
-/* Errors of the GPU's mixed and double sums, against the CPU's double one; both have the same bits
- * when they are made twice. */
+/* Errors of the GPU's sums, against the CPU's double one. Mixed and double ones have the same bits
+ * when they are made twice, strict ones the same bits as on the CPU. */
 static void compare(const char *what)
 {
     size_t bytes = (size_t)(set.n * set.dimension) * sizeof(double);
-    double error[2];
+    double error[3];
     static const char *const precision[2] = {"mixed", "double"};
     evaluate("cpu", "double", exact);
     for (int k = 0; k < 2; k++) {
@@ -217,9 +217,15 @@ static void compare(const char *what)
         assert_memory_equal(found, again, bytes);
         error[k] = distance(found, exact);
     }
-    print_message("%s, %dD, N = %lld, power %.1f: RMS(dF)/RMS(F) mixed %.2e, double %.2e\n", what,
-                  set.dimension, (long long)set.n, set.power, error[0], error[1]);
+    evaluate("cpu", "strict", again);
+    evaluate("cuda:0", "strict", found);
+    assert_memory_equal(found, again, bytes);
+    error[2] = distance(found, exact);
+    print_message(
+        "%s, %dD, N = %lld, power %.1f: RMS(dF)/RMS(F) mixed %.2e, double %.2e, strict %.2e\n",
+        what, set.dimension, (long long)set.n, set.power, error[0], error[1], error[2]);
     assert_true(error[0] < 1e-6);
+    assert_true(error[2] < 1e-6);
     assert_true(error[1] < 1e-13);
 }
 
@@ -306,6 +312,58 @@ static void weak_sources_are_not_lost(void **state)
     }
 }
 
+struct run {
+    int dimension, m, steps, n_species, n_forces;
+    double power[2], spacing;
+};
+
+/* Forces over all pairs in strict precision, hard cores, noise: equal digests on the way and at the
+ * end. */
+static void long_range_runs_are_the_same(void **state)
+{
+    (void)state;
+    static const struct run runs[] = {{2, 32, 300, 2, 1, {2.0, 0.0}, 1.3},
+                                      {3, 10, 200, 2, 1, {2.0, 0.0}, 1.3},
+                                      {2, 37, 200, 1, 2, {1.0, 6.0}, 1.6},
+                                      {2, 33, 100, 2, 2, {2.5, 9.0}, 1.4}};
+    for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {
+        const struct run *run = &runs[k];
+        double length[3];
+        struct gbg_context *context = made_context("cpu");
+        for (int a = 0; a < run->dimension; a++) {
+            length[a] = run->spacing * (double)run->m * (a == 1 ? 1.02 : 1.0);
+        }
+        struct gbg_scene scene = made_scene(context, run->dimension, length);
+        scene.precision = GBG_PRECISION_STRICT;
+        scene.dt = 0.001;
+        scene.n_species = run->n_species;
+        scene.n_forces = run->n_forces;
+        for (int f = 0; f < run->n_forces; f++) {
+            scene.force[f] =
+                (struct gbg_force){.power = run->power[f], .sum = GBG_SUM_MINIMUM_IMAGE};
+        }
+        made_lattice(&made, &scene, run->m, 0.01);
+        for (int64_t i = 0; run->n_species == 1 && i < made.p.n; i++) {
+            made.species[i] = 0;
+        }
+        struct both both = both_make(scene, &made);
+        char text[2][65];
+        for (int part = 0; part < 4; part++) {
+            for (int b = 0; b < 2; b++) {
+                if (gbg_engine_advance(both.engine[b], run->steps / 4) != GBG_OK) {
+                    fail_msg("%s", gbg_message(both.context[b]));
+                }
+                assert_int_equal(gbg_engine_digest(both.engine[b], text[b]), GBG_OK);
+            }
+            assert_string_equal(text[0], text[1]);
+        }
+        print_message("long range, strict, %dD, N = %lld, %d steps: %s\n", run->dimension,
+                      (long long)made.p.n, run->steps, text[0]);
+        both_free(&both);
+        gbg_context_destroy(&context);
+    }
+}
+
 static void reference_sums_are_the_same(void **state)
 {
     (void)state;
@@ -353,6 +411,7 @@ int main(void)
         cmocka_unit_test(nearest_images_follow_from_all_bits),
         cmocka_unit_test(weak_sources_are_not_lost),
         cmocka_unit_test(reference_sums_are_the_same),
+        cmocka_unit_test(long_range_runs_are_the_same),
     };
     return both_missing() ? BOTH_SKIPPED : cmocka_run_group_tests(tests, NULL, NULL);
 }

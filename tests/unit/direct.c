@@ -127,24 +127,29 @@ static void sums_are_those_of_a_plain_loop(void **state)
 {
     (void)state;
     static const int64_t sizes[] = {0, 1, 2, 3, 5, 64, 127, 128, 129, 257, 300, 511};
-    static const double powers[] = {2.0, 6.0, 3.5, 1.0, 2.3, 12.0, 24.0};
+    static const double powers[] = {2.0, 6.0, 3.5, 1.0, 2.3, 12.0, 24.0, 3.0, 4.0, 5.0, 7.7};
+    enum { POWERS = sizeof powers / sizeof *powers };
     static const double *const boxes[] = {SQUARE, OBLONG, THREAD};
-    double worst_mixed[7] = {0.0}, worst_double[7] = {0.0};
+    double worst_mixed[POWERS] = {0.0}, worst_double[POWERS] = {0.0}, worst_strict[POWERS] = {0.0};
     for (int dimension = 2; dimension <= 3; dimension++) {
         for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
-            for (size_t p = 0; p < sizeof powers / sizeof *powers; p++) {
+            for (size_t p = 0; p < POWERS; p++) {
                 make(&set, dimension, sizes[k], boxes[(k + p) % 3], 1.0);
                 set.power = powers[p];
                 assert_true(evaluate("cpu", "mixed", &set));
                 worst_mixed[p] = fmax(worst_mixed[p], worst_error(&set));
                 assert_true(evaluate("cpu", "double", &set));
                 worst_double[p] = fmax(worst_double[p], worst_error(&set));
+                assert_true(evaluate("cpu", "strict", &set));
+                worst_strict[p] = fmax(worst_strict[p], worst_error(&set));
             }
         }
     }
-    for (int p = 0; p < 7; p++) {
-        print_message("power %4.1f, largest |dF|/sum|terms|: mixed %.2e, double %.2e\n", powers[p],
-                      worst_mixed[p], worst_double[p]);
+    for (int p = 0; p < POWERS; p++) {
+        print_message(
+            "power %4.1f, largest |dF|/sum|terms|: mixed %.2e, double %.2e, strict %.2e\n",
+            powers[p], worst_mixed[p], worst_double[p], worst_strict[p]);
+        assert_true(worst_strict[p] > 0.0 && worst_strict[p] < (powers[p] > 6.0 ? 1e-12 : 1e-6));
         assert_true(worst_mixed[p] < 1e-6);
         assert_true(worst_double[p] > 0.0 && worst_double[p] < 1e-15 * (powers[p] + 1.0));
     }
@@ -182,6 +187,8 @@ static void dense_clusters_keep_their_precision(void **state)
             for (set.power = 2.0; set.power < 7.0; set.power += 2.0) {
                 assert_true(evaluate("cpu", "mixed", &set));
                 assert_true(worst_error(&set) < 1e-6);
+                assert_true(evaluate("cpu", "strict", &set));
+                assert_true(worst_error(&set) < 1e-6);
             }
         }
     }
@@ -206,6 +213,8 @@ static void the_nearest_image_follows_from_all_bits(void **state)
             assert_true(worst_error(&set) < 5e-15);
             assert_true(evaluate("cpu", "mixed", &set));
             assert_true(worst_error(&set) < 1e-6);
+            assert_true(evaluate("cpu", "strict", &set));
+            assert_true(worst_error(&set) < 1e-6);
         }
     }
 }
@@ -218,6 +227,8 @@ static void weak_sources_are_not_lost(void **state)
     set.alpha[500] = 1e18;
     for (set.power = 1.0; set.power < 8.0; set.power += 1.0) {
         assert_true(evaluate("cpu", "mixed", &set));
+        assert_true(worst_error(&set) < 1e-6);
+        assert_true(evaluate("cpu", "strict", &set));
         assert_true(worst_error(&set) < 1e-6);
     }
 }
@@ -264,6 +275,39 @@ static void bits_do_not_depend_on_threads_or_instructions(void **state)
     }
 }
 
+/* Whole and other powers, in single and in double precision, with doubtful pairs and without; every
+ * set also with its particles in pieces of several spans. */
+static void strict_bits_are_the_same_everywhere(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"cpu:threads=2",          "cpu:threads=5",
+                                        "poison:threads=3",       "cpu:threads=2,isa=generic",
+                                        "cpu:threads=5,isa=avx2", "cpu:threads=1,isa=avx512"};
+    static const double powers[] = {2.0, 6.0, 2.3, 1.0, 3.0, 4.0, 5.0, 5.9, 7.0, 8.5, 12.0, 24.0};
+    static const int64_t sizes[] = {1, 33, 64, 700, 1024, 1500};
+    int compared[6] = {0};
+    for (int c = 0; c < 48; c++) {
+        int64_t n = sizes[c % 6];
+        const double *box = c % 3 ? OBLONG : SQUARE;
+        double part = c % 4 ? 1.0 : 0.002;
+        make(&set, 2 + c / 2 % 2, n, box, part);
+        set.power = powers[(c + c / 12) % 12];
+        assert_true(evaluate("cpu:threads=1", "strict", &set));
+        for (int k = 0; k < 6; k++) {
+            make(&other, set.dimension, n, box, part);
+            other.power = set.power;
+            if (evaluate(names[k], "strict", &other)) {
+                assert_memory_equal(set.force, other.force,
+                                    (size_t)(set.dimension * n) * sizeof(double));
+                compared[k]++;
+            }
+        }
+    }
+    assert_true(compared[0] == 48 && compared[3] == 48);
+    print_message("strict: same bits; sets compared on generic %d, avx2 %d, avx512 %d\n",
+                  compared[3], compared[4], compared[5]);
+}
+
 /* 100 targets of 4096 in quadruple precision: nothing in it is shared with the kernels. */
 static double quadruple_error(const struct set *s)
 {
@@ -304,7 +348,11 @@ static void a_hundred_targets_in_quadruple_precision(void **state)
         double mixed = quadruple_error(&set);
         assert_true(evaluate("cpu", "double", &set));
         double full = quadruple_error(&set);
-        print_message("%dD, RMS(dF)/RMS(F): mixed %.2e, double %.2e\n", dimension, mixed, full);
+        assert_true(evaluate("cpu", "strict", &set));
+        double strict = quadruple_error(&set);
+        print_message("%dD, RMS(dF)/RMS(F): mixed %.2e, double %.2e, strict %.2e\n", dimension,
+                      mixed, full, strict);
+        assert_true(strict > 1e-10 && strict < 1e-6);
         assert_true(mixed > 1e-10 && mixed < 1e-6);
         assert_true(full < 1e-14);
     }
@@ -428,6 +476,7 @@ int main(void)
         cmocka_unit_test(weak_sources_are_not_lost),
         cmocka_unit_test(cutoffs_leave_out_what_is_farther),
         cmocka_unit_test(bits_do_not_depend_on_threads_or_instructions),
+        cmocka_unit_test(strict_bits_are_the_same_everywhere),
         cmocka_unit_test(a_hundred_targets_in_quadruple_precision),
         cmocka_unit_test(bad_arguments_are_refused),
         cmocka_unit_test(failing_allocations_are_reported),

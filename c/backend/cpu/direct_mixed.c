@@ -5,15 +5,14 @@
  * of the other block; the force on k collects in rows of lanes in the nearest cache. Sums over a
  * tile (i) and over a block (k) are in single precision, those over tiles and blocks in double.
  *
- * A difference is that of the high words, wrapped as an integer: the nearest image. 1/r^n comes
- * from the usual integer seed y (y^2 r^2 = 1 - e, |e| < 0.07) and a minimax polynomial of our own:
- * r^-2 = y^2 P(e) with relative error 8e-9 at most, r^-3 with 2.8e-7, r^-7 with 2.1e-7; other
- * powers are exponentials of logarithms, 6e-7. Pairs below GBG_DIRECT_NEAR get the weight of that
+ * A difference is that of the high words, wrapped as an integer: the nearest image; power laws are
+ * those of direct_law.h. Pairs below GBG_DIRECT_NEAR get the weight of that
  * distance and, in double precision from all 64 bits, what is missing. */
 #include <math.h>
 
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/direct.h"
+#include "backend/cpu/direct_law.h"
 #include "backend/cpu/direct_pairs.h"
 #include "backend/cpu/simd.h"
 #include "backend/cpu/variant.h"
@@ -31,72 +30,17 @@ enum { LAW_GENERAL = 0, LAW_1 = 1, LAW_2 = 2, LAW_6 = 6 };
 struct constants {
     float near; /* squared, in units */
     float scale[3];
-    float q_high, q_low; /* general law: (power+1)/2 = q_high + q_low, q_high with 12 bits */
+    struct gbg_law general;
 };
-
-ALWAYS vf horner(vf x, const float *coefficient, int degree)
-{
-    vf p = vf_set(coefficient[degree]);
-    for (int k = degree - 1; k >= 0; k--) {
-        p = vf_fma(p, x, vf_set(coefficient[k]));
-    }
-    return p;
-}
-
-ALWAYS vf weight_1(vf squared)
-{
-    static const float c[] = {0x1p0f,        0x1p0f,        0x1.fffe64p-1f,
-                              0x1.000094p0f, 0x1.01cc28p0f, 0x1.00a376p0f};
-    vf y = vf_of_bits(vi_sub(vi_set(0x5f3759df), vi_shr(vi_of_bits(squared), 1)));
-    vf t = vf_mul(y, y), e = vf_fnma(t, squared, vf_set(1.0f));
-    return vf_mul(t, horner(e, c, 5));
-}
-
-ALWAYS vf weight_2(vf squared)
-{
-    static const float c[] = {0x1p0f, 0x1.7ffecap0f, 0x1.e001d6p0f, 0x1.1a06bap1f, 0x1.3b8d16p1f};
-    vf y = vf_of_bits(vi_sub(vi_set(0x5f3759df), vi_shr(vi_of_bits(squared), 1)));
-    vf t = vf_mul(y, y), e = vf_fnma(t, squared, vf_set(1.0f));
-    return vf_mul(vf_mul(t, y), horner(e, c, 4));
-}
-
-ALWAYS vf weight_6(vf squared)
-{
-    static const float c[] = {0x1.000002p0f, 0x1.bfffecp1f, 0x1.f7f610p2f,
-                              0x1.ce0dbep3f, 0x1.7cf666p4f, 0x1.198696p5f};
-    vf y = vf_of_bits(vi_sub(vi_set(0x5f3759df), vi_shr(vi_of_bits(squared), 1)));
-    vf t = vf_mul(y, y), e = vf_fnma(t, squared, vf_set(1.0f));
-    vf t3 = vf_mul(vf_mul(t, t), t);
-    return vf_mul(vf_mul(t3, y), horner(e, c, 5));
-}
-
-/* 2^-(q log2 r^2) with the exact part q_high times the exponent kept apart. */
-ALWAYS vf weight_general(vf squared, const struct constants *c)
-{
-    static const float log_c[] = {0x1.715474p0f,   -0x1.71546ap-1f, 0x1.ec76f4p-2f,
-                                  -0x1.7160e6p-2f, 0x1.268f88p-2f,  -0x1.e87d00p-3f,
-                                  0x1.bd30b0p-3f,  -0x1.aeb2a4p-3f, 0x1.00d8d2p-3f};
-    static const float exp_c[] = {0x1p0f,         0x1.62e430p-1f,  0x1.ebfbdap-3f, 0x1.c6aed4p-5f,
-                                  0x1.3b2dbcp-7f, 0x1.5f456ap-10f, 0x1.41d350p-13f};
-    vi bits = vi_of_bits(squared);
-    vi exponent = vi_sar(vi_sub(bits, vi_set(0x3f3504f3)), 23);
-    vf s = vf_sub(vf_of_bits(vi_sub(bits, vi_shl(exponent, 23))), vf_set(1.0f));
-    vf log = vf_mul(s, horner(s, log_c, 8)), whole = vf_from_vi(exponent);
-    vf exact = vf_mul(whole, vf_set(-c->q_high));
-    vi n = vi_from_vf(exact);
-    vf f = vf_fnma(vf_set(c->q_low), whole, vf_sub(exact, vf_from_vi(n)));
-    f = vf_fnma(vf_set(c->q_high + c->q_low), log, f);
-    vi m = vi_from_vf(f);
-    vf p = horner(vf_sub(f, vf_from_vi(m)), exp_c, 6);
-    return vf_of_bits(vi_add(vi_of_bits(p), vi_shl(vi_add(n, m), 23)));
-}
 
 ALWAYS vf weight(vf squared, const struct constants *c, int law)
 {
-    return law == LAW_1   ? weight_1(squared)
-           : law == LAW_2 ? weight_2(squared)
-           : law == LAW_6 ? weight_6(squared)
-                          : weight_general(squared, c);
+    vf t, e, y;
+    if (law == LAW_GENERAL) {
+        return gbg_law_general(squared, c->general);
+    }
+    y = gbg_law_seed(squared, &t, &e);
+    return law == LAW_1 ? gbg_law_1(t, e) : law == LAW_2 ? gbg_law_2(y, t, e) : gbg_law_6(y, t, e);
 }
 
 /* Vectors from k and their squared lengths, in units; `lowest` becomes the lowest integer met. */
@@ -298,8 +242,8 @@ static struct constants make_constants(const struct gbg_direct *d)
     for (int a = 0; a < d->dimension; a++) {
         c.scale[a] = (float)d->scale[a];
     }
-    c.q_high = (float)(rint(q * 0x1p8) * 0x1p-8);
-    c.q_low = (float)(q - (double)c.q_high);
+    c.general.high = (float)(rint(q * 0x1p8) * 0x1p-8);
+    c.general.low = (float)(q - (double)c.general.high);
     return c;
 }
 

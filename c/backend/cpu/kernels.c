@@ -27,6 +27,7 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .cutoff_double = GBG_ISA_NAME(gbg_cpu_cutoff_double),
             .direct_mixed = GBG_ISA_NAME(gbg_cpu_direct_mixed),
             .direct_double = GBG_ISA_NAME(gbg_cpu_direct_double),
+            .direct_strict = GBG_ISA_NAME(gbg_cpu_direct_strict),
             .direct_reserve = gbg_cpu_direct_reserve,
             .direct_targets = gbg_cpu_direct_targets,
             .list_create = gbg_list_create,

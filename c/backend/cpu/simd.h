@@ -18,7 +18,8 @@
  * The avx2 and avx512 forms of every operation give the same bits, lane by lane, and so do kernels
  * that keep one particle in a lane and sum in the order of a loop. The generic form has no fused
  * multiply-add unless the compiler's target has one (then its bits agree too): without, fma rounds
- * twice and results differ from the others in the last places.
+ * twice and results differ from the others in the last places; a file that defines GBG_EXACT_FMA first
+ * has it from the C library, slowly where the processor has none.
  *
  * CUDA has one lane a thread (cuda/simd_cuda.h), with the bits of avx2 and avx512: formulas that are
  * written in these names, marked GBG_VECTOR, serve it too.

@@ -52,7 +52,7 @@ static inline vf vf_div(vf a, vf b)
 }
 static inline vf vf_fma(vf a, vf b, vf c)
 {
-#ifdef __FP_FAST_FMAF
+#if defined(__FP_FAST_FMAF) || defined(GBG_EXACT_FMA)
     return (vf){fmaf(a[0], b[0], c[0]), fmaf(a[1], b[1], c[1]), fmaf(a[2], b[2], c[2]),
                 fmaf(a[3], b[3], c[3])};
 #else
@@ -257,7 +257,7 @@ static inline vd vd_div(vd a, vd b)
 }
 static inline vd vd_fma(vd a, vd b, vd c)
 {
-#ifdef __FP_FAST_FMA
+#if defined(__FP_FAST_FMA) || defined(GBG_EXACT_FMA)
     return (vd){fma(a[0], b[0], c[0]), fma(a[1], b[1], c[1])};
 #else
     return a * b + c;

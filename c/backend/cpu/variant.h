@@ -46,6 +46,8 @@ int GBG_ISA_NAME(gbg_cpu_direct_mixed)(struct gbg_device *device, struct gbg_sta
                                        double power, int add);
 int GBG_ISA_NAME(gbg_cpu_direct_double)(struct gbg_device *device, struct gbg_state *state,
                                         double power, int add);
+int GBG_ISA_NAME(gbg_cpu_direct_strict)(struct gbg_device *device, struct gbg_state *state,
+                                        double power, int add);
 
 int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *state,
                                  struct gbg_list *list, struct gbg_contacts *contacts);
