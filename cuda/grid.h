@@ -7,7 +7,7 @@
 #include "cuda/cuda.h"
 #include "cuda/rows.h"
 
-/* As gbg_grid_build; only high words count. Uses the device's workspace. */
+/* As gbg_grid_build. Uses the device's workspace. */
 int gbg_cuda_grid_build(struct gbg_device *device, struct gbg_cuda_grid *grid,
                         const struct gbg_box *box, double radius, int64_t n, uint32_t *const *high);
 void gbg_cuda_grid_release(struct gbg_device *device, struct gbg_cuda_grid *grid);

@@ -1,20 +1,6 @@
 /* Tests of hard cores: no overlap after any step, refusals, momentum, coincident particles. */
 #include "made_scene.h"
 
-static void run_checked(struct gbg_engine *engine, int steps)
-{
-    for (int k = 0; k < steps; k++) {
-        int status = gbg_engine_advance(engine, 1);
-        if (status != GBG_OK) {
-            fail_msg("%s", gbg_message(engine->context));
-        }
-        double closest = naive_closest(engine);
-        if (closest < 1.0 - 1e-12) {
-            fail_msg("step %d: closest pair at %.17g contacts", k, closest);
-        }
-    }
-}
-
 static void no_overlap_after_any_step(void **state)
 {
     (void)state;
@@ -26,14 +12,14 @@ static void no_overlap_after_any_step(void **state)
         flat.rule = deep.rule = rule ? GBG_RULE_CONTACT : GBG_RULE_BOUNCE;
         made_lattice(&made, &flat, 30, 0.01);
         struct gbg_engine *engine = made_engine(&flat, &made);
-        run_checked(engine, 30);
+        run_without_overlap(engine, 30, "2D");
         assert_true(engine->contact_rounds > 0);
         print_message("2D rule %d: %.2f rounds a step\n", rule,
                       (double)engine->contact_rounds / 30.0);
         gbg_engine_free(engine);
         made_lattice(&made, &deep, 8, 0.01);
         engine = made_engine(&deep, &made);
-        run_checked(engine, 30);
+        run_without_overlap(engine, 30, "3D");
         gbg_engine_free(engine);
     }
     gbg_context_destroy(&context);
@@ -45,15 +31,17 @@ static void unequal_diameters(void **state)
     static struct made_particles made;
     struct gbg_context *context = made_context("cpu");
     double length[2] = {40.0, 40.0};
-    struct gbg_scene scene = made_scene(context, 2, length);
-    scene.species[0].diameter = 0.1; /* 1 : 20 */
-    scene.species[1].diameter = 2.0;
-    scene.temperature = 0.05;
-    made_lattice(&made, &scene, 18, 0.01);
-    struct gbg_engine *engine = made_engine(&scene, &made);
-    run_checked(engine, 60);
-    assert_true(engine->contact_pairs > 0);
-    gbg_engine_free(engine);
+    for (int k = 0; k < 2; k++) {
+        struct gbg_scene scene = made_scene(context, 2, length);
+        scene.rule = k ? GBG_RULE_BRIDGE : GBG_RULE_BOUNCE;
+        scene.species[0].diameter = 0.1; /* 1 : 20 */
+        scene.species[1].diameter = 2.0;
+        scene.temperature = 0.05;
+        made_lattice(&made, &scene, 18, 0.01);
+        struct gbg_engine *engine = made_engine(&scene, &made);
+        run_without_overlap(engine, 80, k ? "bridge" : "bounce");
+        gbg_engine_free(engine);
+    }
     gbg_context_destroy(&context);
 }
 
@@ -117,23 +105,24 @@ static void contacts_conserve_the_centre(void **state)
     (void)state;
     static struct made_particles made;
     static uint64_t fraction[5000];
+    static const int rules[3] = {GBG_RULE_NONE, GBG_RULE_BOUNCE, GBG_RULE_BRIDGE};
     struct gbg_context *context = made_context("cpu:threads=2");
     double length[2] = {31.0, 31.0};
-    uint64_t sums[2] = {0, 0};
-    for (int cores = 0; cores < 2; cores++) {
+    uint64_t sums[3] = {0, 0, 0};
+    for (int k = 0; k < 3; k++) {
         struct gbg_scene scene = made_scene(context, 2, length);
-        scene.rule = cores ? GBG_RULE_BOUNCE : GBG_RULE_NONE;
+        scene.rule = rules[k];
         made_lattice(&made, &scene, 30, 0.01);
         struct gbg_engine *engine = made_engine(&scene, &made);
         assert_int_equal(gbg_engine_advance(engine, 20), GBG_OK);
-        assert_true(cores == 0 || engine->contact_pairs > 100);
+        assert_true(k == 0 || engine->contact_pairs > 100);
         assert_int_equal(gbg_engine_copy_fractions(engine, 0, fraction), GBG_OK);
         for (int64_t i = 0; i < made.p.n; i++) {
-            sums[cores] += fraction[i];
+            sums[k] += fraction[i];
         }
         gbg_engine_free(engine);
     }
-    assert_true(sums[0] == sums[1]);
+    assert_true(sums[1] == sums[0] && sums[2] == sums[0]);
     gbg_context_destroy(&context);
 }
 

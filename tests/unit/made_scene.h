@@ -53,6 +53,13 @@ static inline struct gbg_scene made_scene(struct gbg_context *context, int dimen
     return scene;
 }
 
+/* The force of Carter 2016 in short range, r/r^7 cut at 2.5. */
+static inline void made_short_forces(struct gbg_scene *scene)
+{
+    scene->n_forces = 1;
+    scene->force[0] = (struct gbg_force){.power = 6.0, .sum = GBG_SUM_CUTOFF, .cutoff = 2.5};
+}
+
 struct made_particles {
     struct gbg_particles p;
     double store[3][5000];
@@ -119,6 +126,24 @@ static inline double naive_closest(struct gbg_engine *engine)
         }
     }
     return least;
+}
+
+/* Steps with contacts, after each of which the loop above finds no overlap. */
+static inline void run_without_overlap(struct gbg_engine *engine, int steps, const char *what)
+{
+    int64_t before = engine->contact_pairs;
+    for (int k = 0; k < steps; k++) {
+        if (gbg_engine_advance(engine, 1) != GBG_OK) {
+            fail_msg("%s", gbg_message(engine->context));
+        }
+        double closest = naive_closest(engine);
+        if (closest < 1.0 - 1e-12) {
+            fail_msg("%s, step %d: closest pair at %.17g contacts", what, k, closest);
+        }
+    }
+    print_message("%s: %.2f pushes a particle and step\n", what,
+                  (double)(engine->contact_pairs - before) / steps / (double)engine->state.owned);
+    assert_true(engine->contact_pairs > before);
 }
 
 #endif

@@ -9,8 +9,7 @@ static struct gbg_scene active(struct gbg_context *context, int dimension)
         length[0] = 9.5, length[1] = 9.0, length[2] = 9.25;
     }
     struct gbg_scene scene = made_scene(context, dimension, length);
-    scene.n_forces = 1;
-    scene.force[0] = (struct gbg_force){.power = 6.0, .sum = GBG_SUM_CUTOFF, .cutoff = 2.5};
+    made_short_forces(&scene);
     return scene;
 }
 

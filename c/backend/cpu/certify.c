@@ -124,7 +124,7 @@ static int look_at_cells(struct search *search, const struct gbg_state *state)
     struct gbg_grid grid = {0};
     struct finding finding = {.lowest = {-1, -1, 0.0}};
     int status = gbg_grid_build(search->device->context, &grid, &state->box, search->exact.largest,
-                                state->owned, state->high, state->low);
+                                state->owned, state->high);
     for (int64_t i = 0; status == GBG_OK && i < state->owned; i++) {
         struct gbg_run runs[GBG_RUNS_MAX];
         int n_runs = gbg_grid_runs(&grid, grid.cell_of[i], runs);
@@ -172,7 +172,7 @@ static int look_at_paths(struct search *search, const struct gbg_state *state)
         return GBG_OK;
     }
     int status = gbg_grid_build(search->device->context, &grid, &state->box, reach, state->owned,
-                                state->start_high, state->start_low);
+                                state->start_high);
     for (int64_t i = 0; status == GBG_OK && i < state->owned; i++) {
         if (gbg_exact_moved_squared(state, i) < fast * fast) {
             continue;

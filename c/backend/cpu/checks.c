@@ -128,8 +128,8 @@ int gbg_overlaps(struct gbg_device *device, struct gbg_state *state, double tole
     int64_t total = 0;
     *lowest = (struct gbg_pair){-1, -1, 0.0};
     *count = 0;
-    int status = gbg_grid_build(device->context, &grid, &state->box, largest, state->owned,
-                                state->high, state->low);
+    int status =
+        gbg_grid_build(device->context, &grid, &state->box, largest, state->owned, state->high);
     struct search search = {state, &grid, tolerance};
     for (int64_t i = 0; status == GBG_OK && i < state->owned; i++) {
         struct gbg_pair found = {-1, -1, 0.0};

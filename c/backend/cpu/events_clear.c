@@ -228,7 +228,7 @@ int gbg_events_clear(struct gbg_device *device, struct gbg_state *state, struct 
         contact = fmax(contact, gbg_events_contact(state, i, i));
     }
     status = gbg_grid_build(device->context, &paths.grid, &state->box, contact + 2.0 * farthest, n,
-                            state->start_high, state->start_low);
+                            state->start_high);
     int64_t shares = status == GBG_OK ? 64 : 0;
     struct gbg_pair found[64];
 #pragma omp parallel for num_threads(device->threads) schedule(dynamic, 1)

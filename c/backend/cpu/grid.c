@@ -107,9 +107,8 @@ static void fill_range(const struct sorting *sorting, int worker)
 }
 
 int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const struct gbg_box *box,
-                   double radius, int64_t n, uint32_t *const *high, uint32_t *const *low)
+                   double radius, int64_t n, uint32_t *const *high)
 {
-    (void)low;
     grid->dimension = box->dimension;
     grid->n = n;
     grid->n_cells = gbg_grid_choose(box, radius, n, grid->cells);

@@ -29,7 +29,7 @@ enum { GBG_RUNS_MAX = 18 };
 /* Sorts n particles into cells of edge >= radius, by the high words of their coordinates; may be
  * called again on the same grid. */
 int gbg_grid_build(struct gbg_context *context, struct gbg_grid *grid, const struct gbg_box *box,
-                   double radius, int64_t n, uint32_t *const *high, uint32_t *const *low);
+                   double radius, int64_t n, uint32_t *const *high);
 void gbg_grid_release(struct gbg_grid *grid);
 
 /* Runs of slots that hold every particle within the radius of somebody in this cell, each slot

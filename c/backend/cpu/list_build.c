@@ -222,7 +222,7 @@ int gbg_list_build(struct gbg_device *device, struct gbg_state *state, struct gb
     struct build build = {.device = device, .state = state, .list = list};
     list->epoch = state->epoch - 1; /* a build that fails is done again */
     int status = gbg_grid_build(device->context, &list->grid, &state->box, list->radius,
-                                state->owned + state->ghost, state->high, state->low);
+                                state->owned + state->ghost, state->high);
     if (status != GBG_OK) {
         return status;
     }

@@ -102,7 +102,7 @@ static int reserve(struct roll *roll)
     return status ? status
                   : gbg_grid_build(context, &roll->grid, &state->box,
                                    roll->exact.largest + 2.0 * widest_move(state), state->owned,
-                                   state->start_high, state->start_low);
+                                   state->start_high);
 }
 
 int gbg_roll_back(struct gbg_device *device, struct gbg_state *state, double tolerance,
