@@ -1,7 +1,7 @@
 /* L1, CUDA: work arrays of the direct sums, and the reference sum on single particles. */
 #include "cuda/direct.h"
 
-#include "backend/cpu/power.h"
+#include "backend/cpu/direct_strict.h"
 
 static double largest_alpha(const struct gbg_state *state)
 {
@@ -39,6 +39,8 @@ struct gbg_cuda_direct gbg_cuda_direct_make(const struct gbg_state *state, doubl
     direct.factor = largest * pow(longest * 0x1p-6, -power);
     direct.targets = state->owned;
     direct.n = state->owned + state->ghost;
+    double near = gbg_strict_near(direct.n, state->box.dimension) * 0x1p-26;
+    direct.near = (float)(near * near);
     direct.tiles = (direct.n + GBG_CUDA_TILE - 1) / GBG_CUDA_TILE;
     direct.segments = segments_for(direct.targets, direct.tiles);
     return direct;

@@ -26,6 +26,7 @@ struct gbg_cuda_direct {
     int whole;               /* the power, if it has code of its own, else 0 */
     double power;
     double scale[3]; /* of differences of high words; the unit is 2^-6 of the longest side */
+    float near;      /* squared distance below which pairs of the simple sum take all 64 bits */
     double strength; /* alpha times this is at most 1 */
     double factor;   /* fields to forces in the user's units */
     double *partial; /* [segment][axis][target] */

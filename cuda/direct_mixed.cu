@@ -3,7 +3,7 @@
  * Here: one thread a target, sources in tiles, every difference an integer one: simple, for few
  * particles, and what the sum of direct_symmetric.cu is compared with. 1/r comes from the unit's
  * approximation (22.9 bits) whose square is corrected by its own remainder: r^-2 is good to 1.2e-7,
- * r^-7 to 5e-7. Pairs below GBG_CUDA_DIRECT_NEAR, and those half a box apart, whose nearest image
+ * r^-7 to 5e-7. Near pairs (gbg_strict_near), and those half a box apart, whose nearest image
  * the high words cannot tell, are summed in double precision from all 64 bits. */
 #include "cuda/direct.h"
 
@@ -31,7 +31,6 @@ static __global__ void one_sided(const __grid_constant__ struct gbg_state state,
     int64_t i = gbg_cuda_index(), segment = blockIdx.y;
     int64_t begin = direct.tiles * segment / direct.segments;
     int64_t end = direct.tiles * (segment + 1) / direct.segments;
-    const float near = (float)(GBG_CUDA_DIRECT_NEAR * 0x1p-26 * GBG_CUDA_DIRECT_NEAR * 0x1p-26);
     uint64_t own[dimension];
     double total[dimension];
     float scale[dimension];
@@ -60,7 +59,7 @@ static __global__ void one_sided(const __grid_constant__ struct gbg_state state,
                 r[a] = (float)(int32_t)d * scale[a];
                 squared = __fmaf_rn(r[a], r[a], squared);
             }
-            if (doubtful || squared < near) {
+            if (doubtful || squared < direct.near) {
                 uint64_t there[dimension];
                 for (int a = 0; a < dimension; a++) {
                     there[a] = gbg_cuda_position(state, a, first + row);

@@ -26,7 +26,8 @@ enum {
     WARPS = GBG_SYMMETRIC_WARPS,
     THREADS = GBG_SYMMETRIC_THREADS,
     CHUNKS = GBG_SYMMETRIC_CHUNKS,
-    TOGETHER = 4 /* near pairs of a lane at a time */
+    TOGETHER = 4, /* near pairs of a lane at a time */
+    HELD = 4      /* tiles whose sums are held between barriers: warps meet near chunks in turn */
 };
 
 /* A chunk as a group sees it. */
@@ -89,8 +90,8 @@ static __device__ __forceinline__ void take_group(const struct gbg_cuda_symmetri
 template <int dimension, int each>
 static __device__ __forceinline__ struct sight<dimension>
 look(const struct gbg_cuda_symmetric &s, const struct group<dimension, each> &g, int64_t chunk) {
-    struct sight<dimension> seen = {
-    };
+    struct sight<dimension> seen;
+    seen.near = false;
     float gap_squared = 0.0f, farthest = (float)(GBG_CUDA_DIRECT_NEAR * 0x1p-23);
     for (int a = 0; a < dimension; a++) {
         int32_t d = (int32_t)(s.middle[a][chunk] - g.middle[a]);
@@ -155,7 +156,7 @@ static __device__ __forceinline__ void sweep(const float half[dimension],
                                              struct source<dimension> *j, float least[dimension])
 {
     const int next = (threadIdx.x + 1) % 32;
-#pragma unroll 2
+#pragma unroll 4
     for (int round = 0; round < 32; round++) {
 #pragma unroll
         for (int k = 0; k < each; k++) {
@@ -346,6 +347,21 @@ face(const struct gbg_cuda_symmetric &s, struct group<dimension, each> *g, int64
     }
 }
 
+/* What the sources of some tiles in a row have collected from all warps goes to the rows. */
+template <int dimension>
+static __device__ __forceinline__ void put_rows(const struct gbg_cuda_symmetric &s,
+                                                const float (*collected)[WARPS][dimension][THREADS],
+                                                int held, int64_t place)
+{
+    for (int k = 0; k < held; k++) {
+        for (int a = 0; a < dimension; a++) {
+            const int i = threadIdx.x;
+            s.row[a][place + k * THREADS + i] = (collected[k][0][a][i] + collected[k][1][a][i]) +
+                                                (collected[k][2][a][i] + collected[k][3][a][i]);
+        }
+    }
+}
+
 /* Block blockIdx.x of the pass against part blockIdx.y of the blocks that it meets. */
 template <int dimension, int whole, int each>
 static __global__ void __launch_bounds__(THREADS, 4)
@@ -353,29 +369,29 @@ static __global__ void __launch_bounds__(THREADS, 4)
 {
     const int block_size = THREADS * each, warp = threadIdx.x / 32, lane = threadIdx.x % 32;
     __shared__ double total[dimension][each][THREADS];
-    __shared__ float collected[2][WARPS][dimension][THREADS];
+    __shared__ float collected[HELD][WARPS][dimension][THREADS];
     int64_t block = pass * s.batch + blockIdx.x, all = s.reach * each;
     struct group<dimension, each> g;
-    struct sights<dimension> seen = {
-    };
+    struct sights<dimension> seen;
     take_group(s, block * block_size + warp * 32 * each, &g);
     for (int k = 0; k < each; k++) {
         for (int a = 0; a < dimension; a++) {
             total[a][k][threadIdx.x] = 0.0;
         }
     }
-    const int64_t begin = all * blockIdx.y / s.splits, end = all * (blockIdx.y + 1) / s.splits;
+    const int64_t begin = all * blockIdx.y / s.splits;
+    int64_t end = all * (blockIdx.y + 1) / s.splits;
+    if (s.blocks % 2 == 0 && 2 * block >= s.blocks && end > all - each) {
+        end = all - each; /* the farthest block meets this one */
+    }
+    int held = 0;
     for (int64_t tile = begin; tile < end; tile++) {
         int64_t distance = tile / each, other = block + distance;
         int part = (int)(tile % each); /* of the other block */
-        if (2 * distance == s.blocks && 2 * block >= s.blocks) {
-            continue; /* the other meets this one */
-        }
         other -= other >= s.blocks ? s.blocks : 0;
         if (part == 0 || tile == begin) {
             seen = look_round(s, g, other);
         }
-        float(*mine)[dimension][THREADS] = collected[tile % 2];
 #pragma unroll 1
         for (int c = 0; c < CHUNKS; c++) {
             int number = part * CHUNKS + c;
@@ -383,15 +399,17 @@ static __global__ void __launch_bounds__(THREADS, 4)
             face<dimension, whole, each>(s, &g, other * each * CHUNKS + number, seen, number, total,
                                          got);
             for (int a = 0; a < dimension; a++) {
-                mine[warp][a][32 * c + lane] = got[a];
+                collected[held][warp][a][32 * c + lane] = got[a];
             }
         }
         flush(&g, total, g.scale);
-        __syncthreads(); /* one is enough: the next tile fills the other half of `collected` */
-        int64_t place = (blockIdx.x * s.reach + distance) * block_size + part * THREADS;
-        for (int a = 0; a < dimension; a++) {
-            s.row[a][place + threadIdx.x] = (mine[0][a][threadIdx.x] + mine[1][a][threadIdx.x]) +
-                                            (mine[2][a][threadIdx.x] + mine[3][a][threadIdx.x]);
+        held++;
+        if (held == HELD || tile + 1 == end) {
+            __syncthreads();
+            put_rows<dimension>(s, collected, held,
+                                (blockIdx.x * s.reach * each + tile + 1 - held) * THREADS);
+            __syncthreads();
+            held = 0;
         }
     }
     int64_t place = (blockIdx.x * s.splits + blockIdx.y) * block_size + warp * 32 * each + lane;

@@ -5,7 +5,7 @@
  * GBG_STRICT_SPAN sources; a span is the same sum of blocks of GBG_STRICT_BLOCK sources; a block is
  * the sum in single precision of its pairs in the order of ids, multiply-adds fused. A pair is the
  * difference of the high words, wrapped as an integer, and a power law made of operations that IEEE
- * 754 defines. Doubtful pairs (below GBG_STRICT_NEAR; half a box apart on an axis, so that high
+ * 754 defines. Doubtful pairs (below gbg_strict_near; half a box apart on an axis, so that high
  * words cannot tell the nearest image) count as nothing in their block and are added to the span,
  * before the block, in double precision from all 64 bits. So are all pairs if the power is above 6.
  */
@@ -19,8 +19,18 @@
 #include "backend/cpu/direct_law.h"
 #include "backend/cpu/power.h"
 
-/* Quanta of the longest axis below which 32 bits are too coarse, as in direct.h. */
-#define GBG_STRICT_NEAR 0x1p21
+/* Quanta of the longest axis below which pairs are doubtful: as in direct.h, where 32 bits are too
+ * coarse, but at least some of the closest pairs of n random particles, of which one alone may
+ * decide the error of a high power. */
+GBG_INLINE double gbg_strict_near(int64_t n, int dimension)
+{
+    double side = 1.0, least = 0x1p21;
+    while (dimension == 3 && side * side * side < (double)n) {
+        side += 1.0;
+    }
+    double near = 0x1p33 / (dimension == 3 ? side * side : n > 0 ? (double)n : 1.0);
+    return near > least ? near : least;
+}
 
 enum { GBG_STRICT_BLOCK = 64, GBG_STRICT_SPAN = 1024 };
 
@@ -81,7 +91,8 @@ GBG_INLINE double gbg_strict_unit(double length, int whole, double power)
 static inline struct gbg_strict gbg_strict_make(const struct gbg_state *state, double power)
 {
     struct gbg_strict s = {0};
-    const double near = GBG_STRICT_NEAR * 0x1p-26, q = 0.5 * (power + 1.0);
+    const double q = 0.5 * (power + 1.0);
+    double near = gbg_strict_near(state->owned + state->ghost, state->box.dimension) * 0x1p-26;
     double longest = 0.0;
     s.dimension = state->box.dimension;
     s.power = power;
