@@ -365,6 +365,19 @@ static int reserve_index(struct gbg_device *device, struct gbg_list *list, int64
                          sizeof *list->rows.index, "pair list");
 }
 
+/* Rows of so many places. Where that is not much, by half more, so that the index rarely grows
+ * while an engine runs; in a large system the longest row changes little. */
+static int reserve_places(struct gbg_device *device, struct gbg_list *list, int places)
+{
+    const int64_t much = INT64_C(1) << 28;
+    int64_t rows = list->rows.slices * GBG_CUDA_SLICE, needed = rows * places;
+    int room = places_for((unsigned)(places + places / 2));
+    if (needed <= list->index_capacity) {
+        return GBG_OK;
+    }
+    return reserve_index(device, list, room > 0 && needed < much ? rows * room : needed);
+}
+
 /* The totals of a pass, where they stand on the device. */
 static struct totals *totals_of(const struct gbg_cuda_rows *rows)
 {
@@ -389,7 +402,7 @@ static int build_even(struct gbg_device *device, struct gbg_list *list, int *pla
         if (*places == 0) {
             break;
         }
-        status = reserve_index(device, list, list->rows.slices * GBG_CUDA_SLICE * *places);
+        status = reserve_places(device, list, *places);
         status = status ? status : gbg_cuda_clear(device, totals_of(&list->rows), sizeof found);
         if (status == GBG_OK) {
             start(*places, totals_of(&list->rows));
