@@ -365,17 +365,20 @@ static int reserve_index(struct gbg_device *device, struct gbg_list *list, int64
                          sizeof *list->rows.index, "pair list");
 }
 
-/* Rows of so many places. Where that is not much, by half more, so that the index rarely grows
- * while an engine runs; in a large system the longest row changes little. */
+/* Rows of so many places. Where that is not much, the first build takes half more, so that the
+ * index rarely grows while an engine runs; in a large system the longest row changes little. */
 static int reserve_places(struct gbg_device *device, struct gbg_list *list, int places)
 {
     const int64_t much = INT64_C(1) << 28;
-    int64_t rows = list->rows.slices * GBG_CUDA_SLICE, needed = rows * places;
+    int64_t rows = list->rows.slices * GBG_CUDA_SLICE, needed = rows * places, wanted = needed;
     int room = places_for((unsigned)(places + places / 2));
-    if (needed <= list->index_capacity) {
+    if (room > 0 && needed < much) {
+        wanted = rows * room;
+    }
+    if ((list->builds > 0 ? needed : wanted) <= list->index_capacity) {
         return GBG_OK;
     }
-    return reserve_index(device, list, room > 0 && needed < much ? rows * room : needed);
+    return reserve_index(device, list, wanted);
 }
 
 /* The totals of a pass, where they stand on the device. */

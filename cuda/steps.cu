@@ -13,14 +13,14 @@ enum { TOGETHER = 1 << 16, SINGLES = 32, BUILDS = 8 };
 struct gbg_cuda_steps {
     struct gbg_cuda_control *control;
     struct gbg_cuda_control result; /* on the host */
-    int64_t place_capacity;         /* in words */
+    double pace; /* displacement a step, to foresee when lists are to be built; 0: not known */
+    int64_t place_capacity; /* in words */
     void *places;
 };
 
 /* Where a call has got to. */
 struct progress {
     int law, turn, renew, builds;
-    double pace; /* displacement a step, to foresee when lists are to be built; 0: not known */
 };
 
 static int choose_law(const struct gbg_batch *batch)
@@ -247,9 +247,9 @@ static int choose_limit(const struct progress *at, const struct gbg_cuda_steps *
                         const struct gbg_cuda_work *work, int64_t left, int together)
 {
     int64_t most = together ? (int)GBG_CUDA_BATCH : (int)SINGLES;
-    if (!together && at->pace > 0.0 && work->slack < INFINITY) {
+    if (!together && steps->pace > 0.0 && work->slack < INFINITY) {
         double room = work->slack - (at->builds > 0 && at->renew ? 0.0 : steps->result.displaced);
-        double foreseen = room / at->pace;
+        double foreseen = room / steps->pace;
         most = foreseen < 4.0 ? 4 : foreseen < (double)most ? (int64_t)foreseen : most;
     }
     return (int)(left < most ? left : most);
@@ -264,7 +264,7 @@ static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_
     struct gbg_cuda_work work;
     describe(steps, state, batch, at->law, &work);
     int together = state->owned <= TOGETHER && at->law != GBG_CUDA_STORED && !batch->bridge;
-    double before = at->renew ? 0.0 : result->displaced;
+    double before = at->renew && at->builds > 0 ? 0.0 : result->displaced;
     *limit = choose_limit(at, steps, &work, batch->steps - batch->done, together);
     int status =
         gbg_cuda_steps_begin(device, &work, *limit, at->turn, batch->first + (uint64_t)batch->done,
@@ -282,7 +282,9 @@ static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_
     }
     take(result, work.rounds.rule.largest, work.rounds.rule.virial_unit, batch);
     at->turn = batch->contacts ? 0 : (at->turn + result->done) & 1;
-    at->pace = result->done > 0 ? (result->displaced - before) / result->done : 0.0;
+    if (result->done > 0) {
+        steps->pace = (result->displaced - before) / result->done;
+    }
     at->renew = 0;
     if (result->undo) {
         status = gbg_cuda_steps_take_back(device, &work);
@@ -299,7 +301,7 @@ static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_
 
 int gbg_cuda_steps(struct gbg_device *device, struct gbg_state *state, struct gbg_batch *batch)
 {
-    struct progress at = {choose_law(batch), 0, 1, 0, 0.0};
+    struct progress at = {choose_law(batch), 0, 1, 0};
     batch->done = batch->spoiled = batch->more = 0;
     int status = state->owned > 0 ? reserve(device, state, batch, at.law) : GBG_OK;
     int build = !lists_are_good(state, batch), limit = 0;
