@@ -86,13 +86,13 @@ measure() {
 }
 
 # Steps in the steady state: some hundred launches after the start. --kill yes ends the program when enough are measured.
-measure "S10" 900 "$count" . short-range "S10, no hard" "$@"
+measure "S10" 380 "$count" . short-range "S10, no hard" "$@"
 measure "S10 bounce" 900 "$count" . short-range "S10, hard" "$@"
-measure "S10 bridge" 900 "$count" . short-range "S10, rule bridge" "$@"
+measure "S10 bridge" 3000 "$count" . short-range "S10, rule bridge" "$@"
 measure "C3 bounce" 900 "$count" . short-range "C3 short, hard" "$@"
-measure "C3 bridge" 900 "$count" . short-range "C3 short, rule bridge" "$@"
+measure "C3 bridge" 3000 "$count" . short-range "C3 short, rule bridge" "$@"
 # Lists are built in few of the steps; the first ones at the start.
-measure "S10 list" 0 "$count" 'find_cells|lay_out|count_rows|count_neighbours|fill_rows|sort_wide|invert|remember' short-range "S10, no hard" "$@"
+measure "S10 list" 0 "$count" 'find_cells|lay_out|find_rows|sort_rows|sift_rows|count_wide|fill_wide|sort_wide|invert|remember' short-range "S10, no hard" "$@"
 # Sums over all pairs: the symmetric one, which takes seconds under the profiler, a launch at a time.
 measure "all pairs" 0 8 all_pairs carter2016 "our sum" "$@"
 measure "all pairs, the rest" 0 "$count" 'make_keys|gather|bound_chunks|collect|put' carter2016 "our sum" "$@"
