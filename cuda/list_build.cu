@@ -365,17 +365,19 @@ static int reserve_index(struct gbg_device *device, struct gbg_list *list, int64
                          sizeof *list->rows.index, "pair list");
 }
 
+/* Entries of an index that are much memory. */
+static const int64_t MUCH = INT64_C(1) << 28;
+
 /* Rows of so many places. Where that is not much, by half more, so that the index rarely grows
  * while an engine runs; in a large system the longest row changes little. */
 static int reserve_places(struct gbg_device *device, struct gbg_list *list, int places)
 {
-    const int64_t much = INT64_C(1) << 28;
     int64_t rows = list->rows.slices * GBG_CUDA_SLICE, needed = rows * places;
     int room = places_for((unsigned)(places + places / 2));
     if (needed <= list->index_capacity) {
         return GBG_OK;
     }
-    return reserve_index(device, list, room > 0 && needed < much ? rows * room : needed);
+    return reserve_index(device, list, room > 0 && needed < MUCH ? rows * room : needed);
 }
 
 /* The totals of a pass, where they stand on the device. */
@@ -390,12 +392,19 @@ static int end_pass(struct gbg_device *device, const struct gbg_list *list, stru
     return status ? status : gbg_cuda_fetch(device, found, totals_of(&list->rows), sizeof *found);
 }
 
+/* Of the longest row, before the first build: where memory matters too low, at the price of a pass,
+ * rather than too high. */
+static unsigned first_guess(const struct gbg_list *list)
+{
+    return list->rows.slices * GBG_CUDA_SLICE * places_for(12) < MUCH ? 12 : 1;
+}
+
 /* Rows of as many places each as the longest needs: first as many as last time, then as many as
  * were missing. *places 0: they are too long for that. */
 template <typename Start>
 static int build_even(struct gbg_device *device, struct gbg_list *list, int *places, Start start)
 {
-    struct totals found = {0, list->widest > 0 ? list->widest : 12, 0};
+    struct totals found = {0, list->widest > 0 ? list->widest : first_guess(list), 0};
     int status = GBG_OK;
     for (int done = 0; status == GBG_OK && !done;) {
         *places = places_for(found.widest);
@@ -537,7 +546,7 @@ int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, str
         contacts->rows.n > 0) {
         contacts->epoch = state->epoch - 1;
         status = sift(device, state, pairs, contacts, &fits);
-        if (fits) {
+        if (status == GBG_OK && fits) {
             finish(device, state, contacts);
         }
     }
