@@ -196,23 +196,33 @@ static int start_moves(struct gbg_device *device, const struct gbg_state *state,
     return gbg_cuda_started(device, "bridge: moving particles");
 }
 
+/* The workspace for as many pairs as are kept in mind. */
+static int take_workspace(struct gbg_device *device, const struct gbg_list *list,
+                          struct bridge_work *work, void **base, void **scan, size_t *scan_bytes)
+{
+    *scan_bytes = gbg_cuda_bridge_scan_bytes(work->plan.n_blocks);
+    work->capacity = list->bridge->capacity;
+    int status = gbg_cuda_workspace(device, lay_out(work, NULL, scan, *scan_bytes), base);
+    if (status == GBG_OK) {
+        lay_out(work, *base, scan, *scan_bytes);
+    }
+    return status;
+}
+
 /* The whole call. Nobody is moved if there is memory for fewer pairs than were found. */
 static int attempt(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                    struct bridge_work *work, double slack, double least)
 {
-    struct gbg_cuda_bridge *kept = list->bridge;
-    size_t scan_bytes = gbg_cuda_bridge_scan_bytes(work->plan.n_blocks);
     void *base, *scan;
-    work->capacity = kept->capacity;
-    int status = gbg_cuda_workspace(device, lay_out(work, NULL, &scan, scan_bytes), &base);
+    size_t scan_bytes;
+    int status = take_workspace(device, list, work, &base, &scan, &scan_bytes);
     if (status != GBG_OK) {
         return status;
     }
-    lay_out(work, base, &scan, scan_bytes);
     status = gbg_cuda_clear(device, base, work->zero_bytes);
     status = status ? status : gbg_cuda_bridge_find(device, state, list, work, scan, scan_bytes);
     status = status ? status : gbg_cuda_bridge_order(device, state, work);
-    status = status ? status : gbg_cuda_bridge_solve(device, kept, work);
+    status = status ? status : gbg_cuda_bridge_solve(device, list->bridge, work);
     return status ? status : start_moves(device, state, list, work, slack, least);
 }
 
@@ -270,6 +280,19 @@ static int describe(const struct gbg_state *state, const struct gbg_list *list,
     work->run = noise->run;
     work->step = step;
     return bridge_make_plan(&work->plan, state, work->n, list->reach, noise);
+}
+
+int gbg_cuda_bridge_reserve(struct gbg_device *device, const struct gbg_state *state,
+                            struct gbg_list *list, const struct gbg_noise *noise)
+{
+    struct bridge_work work = {};
+    void *base, *scan;
+    size_t scan_bytes;
+    if (!describe(state, list, noise, 0, &work)) {
+        return GBG_OK;
+    }
+    int status = keep_work(device, list);
+    return status ? status : take_workspace(device, list, &work, &base, &scan, &scan_bytes);
 }
 
 int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,

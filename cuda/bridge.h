@@ -67,10 +67,14 @@ struct gbg_cuda_bridge {
     int resident[2]; /* thread blocks of a solve that fit on the device at a time; 2D, 3D */
 };
 
-/* For batches of steps (steps.cu): starts the rule for one step, whose number is `step`, without
- * waiting; nothing is done if *halt is set. Where the results will be, for as long as no other
- * kernel takes the workspace, and pairs that there is memory for: if more were found nobody has
- * been moved. *results NULL: there is nothing to do. */
+/* For batches of steps (steps.cu), before the first: takes the memory of the rule, so that no step
+ * of the batch lacks it when its particles have been moved already. */
+int gbg_cuda_bridge_reserve(struct gbg_device *device, const struct gbg_state *state,
+                            struct gbg_list *list, const struct gbg_noise *noise);
+/* Starts the rule for one step, whose number is `step`, without waiting; nothing is done if *halt
+ * is set. Where the results will be, for as long as no other kernel takes the workspace, and pairs
+ * that there is memory for: if more were found nobody has been moved. *results NULL: there is
+ * nothing to do. */
 int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
                           const struct gbg_noise *noise, uint64_t step, double tolerance,
                           const int *halt, struct bridge_results **results, int64_t *capacity);

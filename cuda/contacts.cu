@@ -115,12 +115,9 @@ struct gbg_cuda_rounds gbg_cuda_rounds_make(const struct gbg_list *list,
                                             const struct gbg_push_rule *rule,
                                             const struct gbg_cuda_sieve *sieve)
 {
-    struct gbg_cuda_rounds rounds = {*rule,
-                                     list->rows,
-                                     *sieve,
-                                     list->look,
-                                     (uint32_t *)list->moved,
-                                     {list->push[0], list->push[1], list->push[2]}};
+    struct gbg_cuda_rounds rounds = {*rule,       list->rows,
+                                     *sieve,      list->look,
+                                     list->moved, {list->push[0], list->push[1], list->push[2]}};
     return rounds;
 }
 

@@ -360,7 +360,7 @@ static int sync(struct gbg_device *device)
 
 static double scratch_bytes(const struct gbg_device *device)
 {
-    return (double)device->workspace_bytes;
+    return (double)device->workspace_bytes + gbg_cuda_steps_bytes(device);
 }
 
 static const struct gbg_kernels *kernels(const struct gbg_device *device)

@@ -15,6 +15,7 @@ int gbg_cuda_integrate(struct gbg_device *device, struct gbg_state *state,
 /* Batches of steps. */
 int gbg_cuda_steps(struct gbg_device *device, struct gbg_state *state, struct gbg_batch *batch);
 void gbg_cuda_steps_release(struct gbg_device *device);
+double gbg_cuda_steps_bytes(const struct gbg_device *device);
 
 /* Forces. direct_targets: targets and results live on the host. */
 int gbg_cuda_direct_mixed(struct gbg_device *device, struct gbg_state *state, double power,

@@ -19,8 +19,8 @@ struct gbg_list {
     uint64_t moment; /* number of the build; lists built at the same positions share it */
     /* work arrays of contact rounds (contacts.cu), made at the first call; on the device */
     unsigned char *look;            /* n: 1 = to be looked at in the next round */
-    int32_t *candidate, *moved;     /* n each: particles to look at, particles to move */
-    int64_t *push[3];               /* n: pushes of `moved` */
+    uint32_t *moved;                /* slices: bit l = particle l of the slice has a push */
+    int64_t *push[3];               /* n */
     struct gbg_cuda_bridge *bridge; /* work of the rule bridge; NULL: none yet (bridge.cu) */
     struct gbg_cuda_events *events; /* of the rule event (events.cu) */
 };
@@ -54,7 +54,7 @@ double gbg_cuda_list_scatter(const struct gbg_list *list);
 /* Builds at the present positions, whatever the displacements. */
 int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list);
 /* The same for the lists of forces and of contacts of an engine, either of which may be NULL: the
- * second is sifted out of the first. */
+ * second is sifted out of the first if that is the longer. */
 int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,
                          struct gbg_list *contacts);
 /* Of the rooms that own them. */

@@ -365,14 +365,16 @@ static int reserve_index(struct gbg_device *device, struct gbg_list *list, int64
                          sizeof *list->rows.index, "pair list");
 }
 
+/* Entries of an index that are much memory. */
+static const int64_t MUCH = INT64_C(1) << 28;
+
 /* Rows of so many places. Where that is not much, the first build takes half more, so that the
  * index rarely grows while an engine runs; in a large system the longest row changes little. */
 static int reserve_places(struct gbg_device *device, struct gbg_list *list, int places)
 {
-    const int64_t much = INT64_C(1) << 28;
     int64_t rows = list->rows.slices * GBG_CUDA_SLICE, needed = rows * places, wanted = needed;
     int room = places_for((unsigned)(places + places / 2));
-    if (room > 0 && needed < much) {
+    if (room > 0 && needed < MUCH) {
         wanted = rows * room;
     }
     if ((list->builds > 0 ? needed : wanted) <= list->index_capacity) {
@@ -393,12 +395,19 @@ static int end_pass(struct gbg_device *device, const struct gbg_list *list, stru
     return status ? status : gbg_cuda_fetch(device, found, totals_of(&list->rows), sizeof *found);
 }
 
+/* Of the longest row, before the first build: where memory matters too low, at the price of a pass,
+ * rather than too high. */
+static unsigned first_guess(const struct gbg_list *list)
+{
+    return list->rows.slices * GBG_CUDA_SLICE * places_for(12) < MUCH ? 12 : 1;
+}
+
 /* Rows of as many places each as the longest needs: first as many as last time, then as many as
  * were missing. *places 0: they are too long for that. */
 template <typename Start>
 static int build_even(struct gbg_device *device, struct gbg_list *list, int *places, Start start)
 {
-    struct totals found = {0, list->widest > 0 ? list->widest : 12, 0};
+    struct totals found = {0, list->widest > 0 ? list->widest : first_guess(list), 0};
     int status = GBG_OK;
     for (int done = 0; status == GBG_OK && !done;) {
         *places = places_for(found.widest);
@@ -540,7 +549,7 @@ int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, str
         contacts->rows.n > 0) {
         contacts->epoch = state->epoch - 1;
         status = sift(device, state, pairs, contacts, &fits);
-        if (fits) {
+        if (status == GBG_OK && fits) {
             finish(device, state, contacts);
         }
     }

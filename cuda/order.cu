@@ -213,7 +213,8 @@ double gbg_cuda_list_scatter(const struct gbg_list *list)
     struct gbg_device *device = list->device;
     unsigned long long sums[2] = {0, 0};
     void *work;
-    if (list->builds == 0 || rows->n * rows->dimension * 4 <= NEAREST_CACHE) {
+    if (list->builds == 0 || !rows->index || /* the last build found no memory */
+        rows->n * rows->dimension * 4 <= NEAREST_CACHE) {
         return 0.0;
     }
     int status = gbg_cuda_workspace(device, sizeof sums, &work);

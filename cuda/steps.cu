@@ -3,6 +3,8 @@
  * the engine makes that step kernel by kernel: so a batch changes no bit. */
 #include "cuda/steps.h"
 
+#include <stdio.h>
+
 #include "cuda/bridge.h"
 #include "cuda/kernels.h"
 
@@ -144,7 +146,16 @@ static int reserve(struct gbg_device *device, const struct gbg_state *state,
     if (status == GBG_OK && batch->contacts) {
         status = gbg_cuda_contacts_reserve(device, batch->contacts);
     }
+    if (status == GBG_OK && batch->contacts && batch->bridge) {
+        status = gbg_cuda_bridge_reserve(device, state, batch->contacts, batch->noise);
+    }
     return status;
+}
+
+double gbg_cuda_steps_bytes(const struct gbg_device *device)
+{
+    const struct gbg_cuda_steps *steps = device->steps;
+    return steps ? 4.0 * (double)steps->place_capacity + (double)sizeof *steps->control : 0.0;
 }
 
 void gbg_cuda_steps_release(struct gbg_device *device)
@@ -162,12 +173,12 @@ void gbg_cuda_steps_release(struct gbg_device *device)
 static void take(const struct gbg_cuda_control *control, double contact, double virial_unit,
                  struct gbg_batch *batch)
 {
-    double bridge_unit = 0x1p-40 * contact * contact;
     for (int k = 0; k < control->done; k++) {
         const struct gbg_cuda_slot *slot = &control->slot[k];
         batch->rule.rounds += slot->bridge_sweeps + slot->rounds;
         batch->rule.pairs += (int64_t)(slot->bridge_pairs + slot->pairs);
-        batch->rule.virial += (double)(int64_t)slot->bridge_virial * bridge_unit;
+        /* in the order of the rule itself, which rounds so */
+        batch->rule.virial += (double)(int64_t)slot->bridge_virial * 0x1p-40 * contact * contact;
         batch->rule.virial += (double)(int64_t)slot->virial * virial_unit;
         batch->moves.drift = gbg_cuda_root(slot->moves.drift);
         batch->moves.noise = gbg_cuda_root(slot->moves.noise);
@@ -238,6 +249,11 @@ static int start_singles(struct gbg_device *device, struct gbg_state *state,
         status = start_single(device, state, batch, work, law, k);
     }
     device->halt = NULL;
+    if (status == GBG_E_MEMORY) { /* the driver wanted some: a part of a step may have been made */
+        snprintf(device->failure, sizeof device->failure,
+                 "cuda:%d: no memory to start a kernel in the middle of a step", device->number);
+        status = gbg_cuda_started(device, "a batch of steps");
+    }
     return status;
 }
 

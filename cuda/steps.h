@@ -34,9 +34,7 @@ struct gbg_cuda_control {
     int turn;    /* which of the two arrays of places the first step reads */
     int parted;  /* 1: the rounds of this step have ended */
     uint64_t first;
-    double displaced;  /* nobody has come farther since the lists were built */
-    unsigned int mark; /* of the last round: marks of earlier ones are void */
-    unsigned int candidates, movers;
+    double displaced;                 /* nobody has come farther since the lists were built */
     unsigned long long found;         /* overlapping pairs of the present round */
     unsigned int ticket;              /* blocks that have finished a kernel */
     unsigned int arrived, generation; /* of blocks that wait for each other */

@@ -124,7 +124,7 @@ struct gbg_batch {
     double certified;         /* relative distance below contact that the certificate allows */
     double moved;             /* largest move of the step before; out: of the last one */
     int64_t done; /* out: steps made; fewer: the next one needs what a batch has not, as a
-                     new list or a second correction, and is to be made kernel by kernel */
+                     second correction, and is to be made kernel by kernel */
     int more;     /* out: 1: the rest may be asked of a batch again */
     int spoiled;  /* out: 1: the free move of the next step was made, without hard cores to keep */
     struct gbg_moves moves; /* out: of the last step made */

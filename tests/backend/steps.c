@@ -7,7 +7,7 @@ static struct made_particles made;
 struct run {
     const char *what;
     int dimension, rule, n_species, m, steps;
-    double spacing, power, cutoff, dt, temperature;
+    double spacing, power, cutoff, dt, temperature, diameter; /* diameter 0: 1 */
 };
 
 static const struct run runs[] = {
@@ -26,6 +26,14 @@ static const struct run runs[] = {
     {"hard spheres, bridge", 3, GBG_RULE_BRIDGE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01},
     {"two forces", 2, GBG_RULE_BOUNCE, 2, 40, 100, 1.2, 3, 2.5, 0.001, 0.01},
     {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01},
+    {"discs of 1.3", 2, GBG_RULE_BOUNCE, 2, 40, 200, 1.6, 6, 2.5, 0.01, 0.01, 1.3},
+    {"discs of 1.3, bridge", 2, GBG_RULE_BRIDGE, 2, 40, 200, 1.6, 6, 2.5, 0.01, 0.01, 1.3},
+    /* so many that a batch has kernels for the parts of a step */
+    {"free particles", 2, GBG_RULE_NONE, 1, 257, 20, 1.2, 0, 0, 0.01, 0.1},
+    {"cut-off forces", 2, GBG_RULE_NONE, 1, 257, 60, 1.25, 6, 2.5, 0.001, 0.01},
+    {"hard discs", 2, GBG_RULE_BOUNCE, 1, 257, 20, 1.23, 0, 0, 0.01, 0.01},
+    {"C3 short", 2, GBG_RULE_BOUNCE, 2, 257, 20, 1.04, 6, 2.5, 0.01, 0.01},
+    {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 41, 10, 1.1, 6, 2.5, 0.01, 0.01},
 };
 
 static void set_up(const struct run *run, struct gbg_scene *scene)
@@ -34,6 +42,9 @@ static void set_up(const struct run *run, struct gbg_scene *scene)
     scene->dt = run->dt;
     scene->temperature = run->temperature;
     scene->unwrapped = scene->overlap = 1;
+    for (int s = 0; s < scene->n_species && run->diameter > 0.0; s++) {
+        scene->species[s].diameter = run->diameter;
+    }
     if (run->n_species == 1) {
         scene->n_species = 1;
         scene->species[0].alpha = 1.0;
@@ -43,6 +54,10 @@ static void set_up(const struct run *run, struct gbg_scene *scene)
         scene->n_forces = 1;
         scene->force[0] =
             (struct gbg_force){.power = run->power, .sum = GBG_SUM_CUTOFF, .cutoff = run->cutoff};
+    }
+    if (run->power == 3.0) { /* and a second one */
+        scene->n_forces = 2;
+        scene->force[1] = (struct gbg_force){.power = 6.0, .sum = GBG_SUM_CUTOFF, .cutoff = 2.0};
     }
 }
 

@@ -60,11 +60,13 @@ static inline void made_short_forces(struct gbg_scene *scene)
     scene->force[0] = (struct gbg_force){.power = 6.0, .sum = GBG_SUM_CUTOFF, .cutoff = 2.5};
 }
 
+enum { MADE_MOST = 70000 };
+
 struct made_particles {
     struct gbg_particles p;
-    double store[3][5000];
-    int32_t species[5000];
-    int64_t id[5000];
+    double store[3][MADE_MOST];
+    int32_t species[MADE_MOST];
+    int64_t id[MADE_MOST];
 };
 
 /* n particles on a jittered square or cubic lattice with spacing box/m, alternating species. */
@@ -72,7 +74,7 @@ static inline void made_lattice(struct made_particles *made, const struct gbg_sc
                                 int64_t m, double jitter)
 {
     int64_t n = scene->dimension == 2 ? m * m : m * m * m;
-    assert_true(n <= 5000);
+    assert_true(n <= MADE_MOST);
     made->p = (struct gbg_particles){n,
                                      scene->dimension,
                                      {made->store[0], made->store[1], made->store[2]},
@@ -104,7 +106,7 @@ static inline struct gbg_engine *made_engine(struct gbg_scene *scene,
 /* Smallest distance over contact distance of all pairs, by a plain double loop. */
 static inline double naive_closest(struct gbg_engine *engine)
 {
-    static double r[3][5000];
+    static double r[3][MADE_MOST];
     double least = INFINITY;
     int64_t n = engine->state.owned;
     int dimension = engine->state.box.dimension;
