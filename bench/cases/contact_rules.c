@@ -211,7 +211,7 @@ const struct gbg_bench_case gbg_bench_contact_rules = {
     "contact-rules",
     "contact rules: error against step and time (dimers, discs, dense suspensions)", run};
 
-/* ---- what the case above leaves open; about an hour ---- */
+/* ---- what the case above leaves open; about two hours ---- */
 
 /* Speeds and gaps of C2 and C4 with more starts than above, C3 at its own packing; and the limit of
  * small steps, a step 16 times below that of Carter 2016: for C2 and C4 by one rule. */
@@ -256,4 +256,4 @@ static int run_open(struct gbg_bench *bench)
 
 const struct gbg_bench_case gbg_bench_contact_rules_open = {
     "contact-rules-open",
-    "the same at s = 0.005, at 0.698 with N = 128^2, C3, dense speeds; about an hour", run_open};
+    "the same at s = 0.005, at 0.698 with N = 128^2, C3, dense pairs; about two hours", run_open};

@@ -136,9 +136,9 @@ static struct pace pace_of(const struct gbg_disc_plan *plan)
 static int run_block(struct gbg_engine *engine, struct discs *d, const struct gbg_disc_plan *plan,
                      const struct pace *pace, struct gbg_work *work, struct block *block)
 {
-    double before, after, variance = plan->s * plan->s;
+    double before = 0.0, after = 0.0, variance = plan->s * plan->s;
     double steps = (double)(pace->looks * pace->stride), msd[GBG_LAGS] = {0.0};
-    int64_t pushes_before, pushes;
+    int64_t pushes_before = 0, pushes = 0;
     int status = gbg_engine_real(engine, "contact_virial", &before);
     status = status ? status : gbg_engine_integer(engine, "contact_pairs", &pushes_before);
     memset(d->pairs, 0, sizeof d->pairs);
