@@ -7,33 +7,33 @@ static struct made_particles made;
 struct run {
     const char *what;
     int dimension, rule, n_species, m, steps;
-    double spacing, power, cutoff, dt, temperature, diameter; /* diameter 0: 1 */
+    double spacing, power, cutoff, dt, temperature, diameter;
 };
 
 static const struct run runs[] = {
-    {"free particles", 2, GBG_RULE_NONE, 1, 40, 100, 1.2, 0, 0, 0.01, 0.1},
-    {"cut-off forces", 2, GBG_RULE_NONE, 1, 64, 300, 1.25, 6, 2.5, 0.001, 0.01},
-    {"cut-off forces", 3, GBG_RULE_NONE, 1, 14, 100, 1.2, 6, 2.5, 0.001, 0.01},
-    {"power 2, two species", 2, GBG_RULE_NONE, 2, 50, 100, 1.3, 2, 3.0, 0.0002, 0.01},
-    {"hard discs", 2, GBG_RULE_BOUNCE, 1, 64, 200, 1.23, 0, 0, 0.01, 0.01},
-    {"hard discs, contact", 2, GBG_RULE_CONTACT, 1, 32, 50, 1.23, 0, 0, 0.01, 0.01},
-    {"S10", 2, GBG_RULE_BOUNCE, 1, 70, 400, 1.23, 6, 2.5, 0.001, 0.01},
-    {"C3 short", 2, GBG_RULE_BOUNCE, 2, 60, 200, 1.04, 6, 2.5, 0.01, 0.01},
-    {"C3 short, carter", 2, GBG_RULE_CARTER, 2, 40, 100, 1.04, 6, 2.5, 0.01, 0.01},
-    {"C4 short", 2, GBG_RULE_BOUNCE, 2, 60, 400, 3.0, 6, 2.5, 0.01, 0.01},
-    {"C3 short, bridge", 2, GBG_RULE_BRIDGE, 2, 60, 200, 1.04, 6, 2.5, 0.01, 0.01},
-    {"C4 short, bridge", 2, GBG_RULE_BRIDGE, 2, 60, 400, 3.0, 6, 2.5, 0.01, 0.01},
-    {"hard spheres, bridge", 3, GBG_RULE_BRIDGE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01},
-    {"two forces", 2, GBG_RULE_BOUNCE, 2, 40, 100, 1.2, 3, 2.5, 0.001, 0.01},
-    {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01},
+    {"free particles", 2, GBG_RULE_NONE, 1, 40, 100, 1.2, 0, 0, 0.01, 0.1, 1.0},
+    {"cut-off forces", 2, GBG_RULE_NONE, 1, 64, 300, 1.25, 6, 2.5, 0.001, 0.01, 1.0},
+    {"cut-off forces", 3, GBG_RULE_NONE, 1, 14, 100, 1.2, 6, 2.5, 0.001, 0.01, 1.0},
+    {"power 2, two species", 2, GBG_RULE_NONE, 2, 50, 100, 1.3, 2, 3.0, 0.0002, 0.01, 1.0},
+    {"hard discs", 2, GBG_RULE_BOUNCE, 1, 64, 200, 1.23, 0, 0, 0.01, 0.01, 1.0},
+    {"hard discs, contact", 2, GBG_RULE_CONTACT, 1, 32, 50, 1.23, 0, 0, 0.01, 0.01, 1.0},
+    {"S10", 2, GBG_RULE_BOUNCE, 1, 70, 400, 1.23, 6, 2.5, 0.001, 0.01, 1.0},
+    {"C3 short", 2, GBG_RULE_BOUNCE, 2, 60, 200, 1.04, 6, 2.5, 0.01, 0.01, 1.0},
+    {"C3 short, carter", 2, GBG_RULE_CARTER, 2, 40, 100, 1.04, 6, 2.5, 0.01, 0.01, 1.0},
+    {"C4 short", 2, GBG_RULE_BOUNCE, 2, 60, 400, 3.0, 6, 2.5, 0.01, 0.01, 1.0},
+    {"C3 short, bridge", 2, GBG_RULE_BRIDGE, 2, 60, 200, 1.04, 6, 2.5, 0.01, 0.01, 1.0},
+    {"C4 short, bridge", 2, GBG_RULE_BRIDGE, 2, 60, 400, 3.0, 6, 2.5, 0.01, 0.01, 1.0},
+    {"hard spheres, bridge", 3, GBG_RULE_BRIDGE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01, 1.0},
+    {"two forces", 2, GBG_RULE_BOUNCE, 2, 40, 100, 1.2, 3, 2.5, 0.001, 0.01, 1.0},
+    {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 14, 60, 1.1, 6, 2.5, 0.01, 0.01, 1.0},
     {"discs of 1.3", 2, GBG_RULE_BOUNCE, 2, 40, 200, 1.6, 6, 2.5, 0.01, 0.01, 1.3},
     {"discs of 1.3, bridge", 2, GBG_RULE_BRIDGE, 2, 40, 200, 1.6, 6, 2.5, 0.01, 0.01, 1.3},
     /* so many that a batch has kernels for the parts of a step */
-    {"free particles", 2, GBG_RULE_NONE, 1, 257, 20, 1.2, 0, 0, 0.01, 0.1},
-    {"cut-off forces", 2, GBG_RULE_NONE, 1, 257, 60, 1.25, 6, 2.5, 0.001, 0.01},
-    {"hard discs", 2, GBG_RULE_BOUNCE, 1, 257, 20, 1.23, 0, 0, 0.01, 0.01},
-    {"C3 short", 2, GBG_RULE_BOUNCE, 2, 257, 20, 1.04, 6, 2.5, 0.01, 0.01},
-    {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 41, 10, 1.1, 6, 2.5, 0.01, 0.01},
+    {"free particles", 2, GBG_RULE_NONE, 1, 257, 20, 1.2, 0, 0, 0.01, 0.1, 1.0},
+    {"cut-off forces", 2, GBG_RULE_NONE, 1, 257, 60, 1.25, 6, 2.5, 0.001, 0.01, 1.0},
+    {"hard discs", 2, GBG_RULE_BOUNCE, 1, 257, 20, 1.23, 0, 0, 0.01, 0.01, 1.0},
+    {"C3 short", 2, GBG_RULE_BOUNCE, 2, 257, 20, 1.04, 6, 2.5, 0.01, 0.01, 1.0},
+    {"hard spheres", 3, GBG_RULE_BOUNCE, 2, 41, 10, 1.1, 6, 2.5, 0.01, 0.01, 1.0},
 };
 
 static void set_up(const struct run *run, struct gbg_scene *scene)
@@ -42,7 +42,7 @@ static void set_up(const struct run *run, struct gbg_scene *scene)
     scene->dt = run->dt;
     scene->temperature = run->temperature;
     scene->unwrapped = scene->overlap = 1;
-    for (int s = 0; s < scene->n_species && run->diameter > 0.0; s++) {
+    for (int s = 0; s < scene->n_species; s++) {
         scene->species[s].diameter = run->diameter;
     }
     if (run->n_species == 1) {
