@@ -215,7 +215,8 @@ static void lose_everywhere(int rule, int n_forces)
     struct gbg_scene scene = scene_of(context, rule, n_forces);
     const char *path = lost_path;
     int64_t runs = 0, frames = 0, most = 0;
-    for (int64_t n = 1, whole_run = 0; !whole_run; n++, runs++) {
+    /* every call of the first ones, later ones more and more rarely */
+    for (int64_t n = 1, whole_run = 0; !whole_run; n += 1 + n / 24, runs++) {
         whole_run = run_until_lost(scene, n, path);
         frames = finished_frames(path, whole, bytes, bytes - shorter);
         most = frames > most && !whole_run ? frames : most;
