@@ -245,7 +245,7 @@ static int run_open(struct gbg_bench *bench)
     status = status ? status : equilibrium(bench, 0.698, quick ? 1024 : 16384, &large);
     if (status == GBG_OK) { /* the equation of state near freezing */
         status =
-            discs(bench, &large, rules[built[EVENT] ? EVENT : BOUNCE], 0.04, 600.0 * effort, 1);
+            discs(bench, &large, rules[built[EVENT] ? EVENT : BOUNCE], 0.04, 100.0 * effort, 1);
         free(large.x);
     }
     for (int rule = BRIDGE; rule <= BOUNCE && status == GBG_OK; rule++) {
