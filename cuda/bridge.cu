@@ -271,7 +271,7 @@ int gbg_cuda_bridge(struct gbg_device *device, struct gbg_state *state, struct g
     work.seed = contacts->noise->seed;
     work.run = contacts->noise->run;
     work.step = contacts->step;
-    if (!bridge_make_plan(&work.plan, state, work.n, list->reach, contacts->noise)) {
+    if (!bridge_make_plan(&work.plan, state, work.n, list->reach, contacts)) {
         return GBG_OK;
     }
     double slack = 0.5 * (list->radius - list->reach) * 0.999;

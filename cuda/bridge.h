@@ -13,7 +13,7 @@
 enum {
     BRIDGE_THREADS = 128,
     BRIDGE_SWEEPS =
-        (BRIDGE_ROUNDS_FIRST + BRIDGE_ROUNDS_SECOND) * (1 + BRIDGE_SHORT_SWEEPS) /* at most */
+        (BRIDGE_PRESSED_FIRST + BRIDGE_PRESSED_SECOND) * (1 + BRIDGE_SHORT_SWEEPS) /* at most */
 };
 
 /* What a call found out, on the device and fetched once. All zero at its start. */
