@@ -273,22 +273,22 @@ static double slack_of(const struct gbg_list *list)
 
 /* What a step is solved with; 0: there is nothing to do. */
 static int describe(const struct gbg_state *state, const struct gbg_list *list,
-                    const struct gbg_noise *noise, uint64_t step, struct bridge_work *work)
+                    const struct gbg_contacts *contacts, uint64_t step, struct bridge_work *work)
 {
     work->n = list->rows.n;
-    work->seed = noise->seed;
-    work->run = noise->run;
+    work->seed = contacts->noise->seed;
+    work->run = contacts->noise->run;
     work->step = step;
-    return bridge_make_plan(&work->plan, state, work->n, list->reach, noise);
+    return bridge_make_plan(&work->plan, state, work->n, list->reach, contacts);
 }
 
 int gbg_cuda_bridge_reserve(struct gbg_device *device, const struct gbg_state *state,
-                            struct gbg_list *list, const struct gbg_noise *noise)
+                            struct gbg_list *list, const struct gbg_contacts *contacts)
 {
     struct bridge_work work = {};
     void *base, *scan;
     size_t scan_bytes;
-    if (!describe(state, list, noise, 0, &work)) {
+    if (!describe(state, list, contacts, 0, &work)) {
         return GBG_OK;
     }
     int status = keep_work(device, list);
@@ -296,18 +296,20 @@ int gbg_cuda_bridge_reserve(struct gbg_device *device, const struct gbg_state *s
 }
 
 int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
-                          const struct gbg_noise *noise, uint64_t step, double tolerance,
-                          const int *halt, struct bridge_results **results, int64_t *capacity)
+                          const struct gbg_contacts *contacts, uint64_t step, const int *halt,
+                          struct bridge_results **results, int64_t *capacity)
 {
     struct bridge_work work = {};
     *results = NULL;
     *capacity = 0;
-    if (!describe(state, list, noise, step, &work)) {
+    if (!describe(state, list, contacts, step, &work)) {
         return GBG_OK;
     }
     work.halt = halt;
     int status = keep_work(device, list);
-    status = status ? status : attempt(device, state, list, &work, slack_of(list), 1.0 - tolerance);
+    status = status
+                 ? status
+                 : attempt(device, state, list, &work, slack_of(list), 1.0 - contacts->tolerance);
     *results = work.results;
     *capacity = work.capacity;
     return status;
@@ -321,7 +323,7 @@ int gbg_cuda_bridge(struct gbg_device *device, struct gbg_state *state, struct g
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
     contacts->clear = 0;
-    if (!describe(state, list, contacts->noise, contacts->step, &work)) {
+    if (!describe(state, list, contacts, contacts->step, &work)) {
         return GBG_OK;
     }
     double slack = slack_of(list);

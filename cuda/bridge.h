@@ -13,7 +13,7 @@
 enum {
     BRIDGE_THREADS = 128,
     BRIDGE_SWEEPS =
-        (BRIDGE_ROUNDS_FIRST + BRIDGE_ROUNDS_SECOND) * (1 + BRIDGE_SHORT_SWEEPS) /* at most */
+        (BRIDGE_PRESSED_FIRST + BRIDGE_PRESSED_SECOND) * (1 + BRIDGE_SHORT_SWEEPS) /* at most */
 };
 
 /* What a call found out, on the device and fetched once. All zero at its start. */
@@ -70,14 +70,14 @@ struct gbg_cuda_bridge {
 /* For batches of steps (steps.cu), before the first: takes the memory of the rule, so that no step
  * of the batch lacks it when its particles have been moved already. */
 int gbg_cuda_bridge_reserve(struct gbg_device *device, const struct gbg_state *state,
-                            struct gbg_list *list, const struct gbg_noise *noise);
+                            struct gbg_list *list, const struct gbg_contacts *contacts);
 /* Starts the rule for one step, whose number is `step`, without waiting; nothing is done if *halt
  * is set. Where the results will be, for as long as no other kernel takes the workspace, and pairs
  * that there is memory for: if more were found nobody has been moved. *results NULL: there is
  * nothing to do. */
 int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
-                          const struct gbg_noise *noise, uint64_t step, double tolerance,
-                          const int *halt, struct bridge_results **results, int64_t *capacity);
+                          const struct gbg_contacts *contacts, uint64_t step, const int *halt,
+                          struct bridge_results **results, int64_t *capacity);
 
 /* Starts what finds the pairs, and makes their records. */
 int gbg_cuda_bridge_find(struct gbg_device *device, const struct gbg_state *state,

@@ -218,12 +218,12 @@ static __device__ int settle(const struct bridge_work &work, float *shift, float
     volatile unsigned int *changed = work.results->changed;
     for (int round = 0; round < rounds; round++) {
         /* the first push of a pair without neighbours is exact and must not be overdone */
-        struct relaxation relaxation = {round == 0 ? 1.0f : BRIDGE_OMEGA, tolerance};
+        struct relaxation relaxation = {round == 0 ? 1.0f : work.plan.omega, tolerance};
         each_block<dimension, SWEEP_ALL>(work, shift, relaxation, work.results->changed + sweeps);
         if (!changed[sweeps++]) {
             break;
         }
-        relaxation.omega = BRIDGE_OMEGA;
+        relaxation.omega = work.plan.omega;
         for (int k = 0; k < BRIDGE_SHORT_SWEEPS; k++) {
             each_block<dimension, SWEEP_SHORT>(work, shift, relaxation,
                                                work.results->changed + sweeps);
@@ -252,9 +252,9 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS, RESIDENT)
     }
     struct relaxation none = {0.0f, 0.0f};
     float tolerance = tolerance_of(work);
-    int sweeps = settle<dimension>(work, work.shift[0], tolerance, BRIDGE_ROUNDS_FIRST, 0);
+    int sweeps = settle<dimension>(work, work.shift[0], tolerance, work.plan.rounds[0], 0);
     each_block<dimension, PUSH_AGAIN>(work, work.shift[1], none, NULL);
-    sweeps = settle<dimension>(work, work.shift[1], tolerance, BRIDGE_ROUNDS_SECOND, sweeps);
+    sweeps = settle<dimension>(work, work.shift[1], tolerance, work.plan.rounds[1], sweeps);
     if (gbg_cuda_index() == 0) {
         work.results->sweeps = (unsigned)sweeps;
     }

@@ -147,7 +147,7 @@ static int reserve(struct gbg_device *device, const struct gbg_state *state,
         status = gbg_cuda_contacts_reserve(device, batch->contacts);
     }
     if (status == GBG_OK && batch->contacts && batch->bridge) {
-        status = gbg_cuda_bridge_reserve(device, state, batch->contacts, batch->noise);
+        status = gbg_cuda_bridge_reserve(device, state, batch->contacts, &batch->rule);
     }
     return status;
 }
@@ -216,9 +216,8 @@ static int start_bridge(struct gbg_device *device, struct gbg_state *state,
     struct bridge_results *results;
     int64_t capacity;
     uint64_t number = batch->first + (uint64_t)(batch->done + step);
-    int status =
-        gbg_cuda_bridge_start(device, state, batch->contacts, batch->noise, number,
-                              batch->rule.tolerance, &work->control->halt, &results, &capacity);
+    int status = gbg_cuda_bridge_start(device, state, batch->contacts, &batch->rule, number,
+                                       &work->control->halt, &results, &capacity);
     return status || !results ? status
                               : gbg_cuda_steps_bridged(device, work, results, capacity, step);
 }

@@ -79,6 +79,7 @@ struct gbg_contacts {
     double cap;       /* largest part of contact that a pair moves one of its discs in a round */
     const struct gbg_noise *noise; /* of the step, for the rule bridge: deviation and key */
     uint64_t step;                 /* number of the step, for the same */
+    int pressed;                   /* for the same: 1: forces of many particles press on contacts */
     int64_t rounds;  /* out: rounds (sweeps for the rule bridge) that moved somebody */
     int64_t pairs;   /* out: pushes, or events */
     int64_t left;    /* out: overlapping pairs left (0 unless rounds ran out) */

@@ -39,6 +39,17 @@ static int apply(struct gbg_engine *engine, gbg_corrector kernel, struct gbg_con
     return status;
 }
 
+/* 1 if forces of many particles add up on one, so that pushes add up through a cluster. */
+static int is_pressed(const struct gbg_scene *scene)
+{
+    for (int f = 0; f < scene->n_forces; f++) {
+        if (scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* The rule, and rounds for what it leaves; what these leave is for the certificate to find. */
 static int correct(struct gbg_engine *engine, int parting, double largest_push)
 {
@@ -51,6 +62,7 @@ static int correct(struct gbg_engine *engine, int parting, double largest_push)
         .cap = largest_push,
         .noise = &engine->noise,
         .step = engine->step,
+        .pressed = is_pressed(&engine->scene),
     };
     int status =
         kernels->list_update(engine->device, &engine->state, engine->contacts, engine->moved);
@@ -184,7 +196,8 @@ void gbg_step_contacts_ask(const struct gbg_engine *engine, struct gbg_batch *ba
                                         .max_rounds = engine->scene.max_rounds,
                                         .tolerance = of_rules,
                                         .cap = cap,
-                                        .noise = &engine->noise};
+                                        .noise = &engine->noise,
+                                        .pressed = is_pressed(&engine->scene)};
 }
 
 int gbg_engine_count_overlaps(struct gbg_engine *engine, int64_t *count)

@@ -30,8 +30,25 @@ static int make_list(struct gbg_engine *engine, double reach, double default_ski
                                         reach + fmin(skin, reach), list);
 }
 
-/* How far one neighbour in contact moves a particle in a step. */
-static double drift_at_contact(const struct gbg_engine *engine)
+/* Force on a particle at the rim of a packed cluster of all particles, over that of one neighbour
+ * at contact: shells of half a plane or half the space. A cut-off force counts its nearest
+ * neighbour. */
+static double rim_pull(const struct gbg_engine *engine, const struct gbg_force *force)
+{
+    int dimension = engine->scene.dimension;
+    double shells = pow((double)engine->state.owned, 1.0 / dimension), pull = 0.0;
+    if (force->sum != GBG_SUM_MINIMUM_IMAGE) {
+        return 1.0;
+    }
+    for (int k = 1; k <= (int)shells; k++) {
+        pull += (dimension == 2 ? 2.0 : 4.0) * pow(k, dimension - 1 - force->power);
+    }
+    return fmax(pull, 1.0);
+}
+
+/* How far one neighbour in contact moves a particle in a step; at_rim: how far a packed cluster of
+ * all particles moves one at its rim. */
+static double drift_at_contact(const struct gbg_engine *engine, int at_rim)
 {
     const struct gbg_scene *scene = &engine->scene;
     double strongest = 0.0, drift = 0.0;
@@ -41,7 +58,8 @@ static double drift_at_contact(const struct gbg_engine *engine)
         }
     }
     for (int f = 0; f < scene->n_forces; f++) {
-        drift += strongest * scene->dt / pow(engine->least_contact, scene->force[f].power);
+        double pull = at_rim ? rim_pull(engine, &scene->force[f]) : 1.0;
+        drift += pull * strongest * scene->dt / pow(engine->least_contact, scene->force[f].power);
     }
     return drift;
 }
@@ -51,7 +69,7 @@ static double drift_at_contact(const struct gbg_engine *engine)
 static double lasting_skin(const struct gbg_engine *engine)
 {
     const double steps = 40.0, farthest = 4.5;
-    double drift = engine->contact > 0.0 ? drift_at_contact(engine) : 0.0;
+    double drift = engine->contact > 0.0 ? drift_at_contact(engine, 0) : 0.0;
     return 2.0 * (farthest * engine->noise.scale * sqrt(steps) + drift * steps);
 }
 
@@ -82,7 +100,7 @@ static double roomy_skin(const struct gbg_engine *engine, double reach, double e
 static double contact_skin(const struct gbg_engine *engine)
 {
     double contact = engine->contact, skin = 0.4 * contact;
-    skin += engine->kernels->skin_drifts * drift_at_contact(engine);
+    skin += engine->kernels->skin_drifts * drift_at_contact(engine, 0);
     for (int f = 0; f < engine->scene.n_forces; f++) {
         if (engine->scene.force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
             skin = 0.8 * contact;
@@ -100,7 +118,7 @@ static double force_skin(const struct gbg_engine *engine)
     double unit = engine->contact > 0.0 ? engine->contact : 0.4 * engine->cutoff;
     double skin = fmax(0.4 * unit, roomy_skin(engine, engine->cutoff, 12.0));
     if (engine->contact > 0.0) {
-        skin += engine->kernels->skin_drifts * drift_at_contact(engine);
+        skin += engine->kernels->skin_drifts * drift_at_contact(engine, 0);
         skin = fmin(skin, contact_skin(engine));
     }
     return skin;
@@ -161,12 +179,13 @@ static int plan_forces(struct gbg_engine *engine)
 }
 
 /* The rule bridge looks at pairs whose gap after the free moves is below this: the noise of a step
- * passes 6 deviations once in 1e9, and what the pushes of others close is measured in drifts of a
- * contact (C3 short at packing 0.79: twice that or half of it makes no difference that is seen). */
+ * passes 6 deviations once in 1e9, and what the pushes of others close is measured in the largest
+ * drifts of a step (C3 short at packing 0.79: twice that or half of it makes no difference that is
+ * seen). */
 static double bridge_reach(const struct gbg_engine *engine)
 {
     double noise = sqrt(2.0) * engine->noise.scale;
-    return fmin(6.0 * noise + 2.0 * drift_at_contact(engine), 0.5 * engine->contact);
+    return fmin(6.0 * noise + 2.0 * drift_at_contact(engine, 1), 0.5 * engine->contact);
 }
 
 static int plan_cores(struct gbg_engine *engine)

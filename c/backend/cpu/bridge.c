@@ -299,7 +299,7 @@ int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *st
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
     contacts->clear = 0;
-    if (!bridge_make_plan(&bridge.plan, state, list->n, list->reach, contacts->noise)) {
+    if (!bridge_make_plan(&bridge.plan, state, list->n, list->reach, contacts)) {
         return GBG_OK;
     }
     int status = find(&bridge);

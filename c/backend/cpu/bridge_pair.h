@@ -44,7 +44,19 @@ enum { BRIDGE_COLOURS = 64 };
  * and some short ones. */
 #define BRIDGE_OMEGA 1.5f
 #define BRIDGE_TOLERANCE 1e-2f
-enum { BRIDGE_SHORT_SWEEPS = 2, BRIDGE_ROUNDS_FIRST = 1, BRIDGE_ROUNDS_SECOND = 4 };
+
+/* The same where forces of long range press a whole cluster together: its pushes add up from the
+ * rim inwards, a layer in a sweep, and what few sweeps leave overlapping is thrown apart by rounds,
+ * so that the cluster never closes. The first solve has to come near the second, for its lines are
+ * far from the first ones. */
+#define BRIDGE_PRESSED_OMEGA 1.8f
+enum {
+    BRIDGE_SHORT_SWEEPS = 2,
+    BRIDGE_ROUNDS_FIRST = 1,
+    BRIDGE_ROUNDS_SECOND = 4,
+    BRIDGE_PRESSED_FIRST = 30,
+    BRIDGE_PRESSED_SECOND = 60
+};
 
 /* What a step is solved with; blocks are those of bridge.h. */
 struct bridge_plan {
@@ -57,6 +69,8 @@ struct bridge_plan {
     float squared;     /* S^2 */
     float limit;       /* for the squared distances of the screen, in lengths */
     int64_t blocks[3], n_blocks;
+    int rounds[2]; /* of the two solves, at most */
+    float omega;   /* of their sweeps but the first */
 };
 
 static inline double bridge_largest_contact(const struct gbg_state *state)
@@ -96,7 +110,8 @@ static inline void bridge_choose_blocks(struct bridge_plan *plan, const struct g
 
 /* The figures of a step for n particles with a list of that reach; 0: there is nothing to do. */
 static inline int bridge_make_plan(struct bridge_plan *plan, const struct gbg_state *state,
-                                   int64_t n, double list_reach, const struct gbg_noise *noise)
+                                   int64_t n, double list_reach,
+                                   const struct gbg_contacts *contacts)
 {
     /* Part of the searched gap that pushes of others are expected to close. C3 short at packing
      * 0.79, dt 0.01: 0.1 to 0.4 leave the same 0.7 % of the pushed pairs to bounce rounds, all of
@@ -112,10 +127,13 @@ static inline int bridge_make_plan(struct bridge_plan *plan, const struct gbg_st
     }
     plan->look = list_reach / plan->unit - 1.0;
     plan->lee = lee_part * plan->look;
-    plan->deviation = sqrt(2.0) * noise->scale / plan->unit;
+    plan->deviation = sqrt(2.0) * contacts->noise->scale / plan->unit;
     plan->squared = (float)(plan->deviation * plan->deviation);
     double reach = plan->unit * (1.0 + plan->look);
     plan->limit = (float)(reach * reach * (1.0 + 1e-5)); /* room for rounding */
+    plan->rounds[0] = contacts->pressed ? BRIDGE_PRESSED_FIRST : BRIDGE_ROUNDS_FIRST;
+    plan->rounds[1] = contacts->pressed ? BRIDGE_PRESSED_SECOND : BRIDGE_ROUNDS_SECOND;
+    plan->omega = contacts->pressed ? BRIDGE_PRESSED_OMEGA : BRIDGE_OMEGA;
     bridge_choose_blocks(plan, &state->box, n);
     return 1;
 }

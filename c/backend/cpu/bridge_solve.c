@@ -5,7 +5,6 @@
 #include "backend/cpu/bridge.h"
 
 enum { SOLVES = 2 };
-static const int rounds[SOLVES] = {BRIDGE_ROUNDS_FIRST, BRIDGE_ROUNDS_SECOND};
 
 struct relaxation {
     float omega, tolerance;
@@ -176,12 +175,12 @@ static int64_t settle(struct bridge *bridge, float tolerance, int most)
     int64_t sweeps = 0;
     for (int round = 0; round < most; round++) {
         /* the first push of a pair without neighbours is exact and must not be overdone */
-        struct relaxation relaxation = {round == 0 ? 1.0f : BRIDGE_OMEGA, tolerance};
+        struct relaxation relaxation = {round == 0 ? 1.0f : bridge->plan.omega, tolerance};
         sweeps++;
         if (each_block(bridge, SWEEP_ALL, &relaxation) <= tolerance) {
             break;
         }
-        relaxation.omega = BRIDGE_OMEGA;
+        relaxation.omega = bridge->plan.omega;
         for (int k = 0; k < BRIDGE_SHORT_SWEEPS; k++) {
             sweeps++;
             if (each_block(bridge, SWEEP_SHORT, &relaxation) <= tolerance) {
@@ -214,7 +213,7 @@ int64_t bridge_solve(struct bridge *bridge)
             clear_shifts(bridge);
             each_block(bridge, PUSH_AGAIN, NULL);
         }
-        sweeps += settle(bridge, tolerance, rounds[solve]);
+        sweeps += settle(bridge, tolerance, bridge->plan.rounds[solve]);
     }
     return sweeps;
 }
