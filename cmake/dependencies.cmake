@@ -37,7 +37,7 @@ if(GBG_WITH_OPENMP)
 else()
   # Only simd pragmas are read, so that what num_threads() names may be used nowhere.
   target_compile_options(gamboge_flags INTERFACE
-    $<$<COMPILE_LANGUAGE:C>:-fopenmp-simd -Wno-unused-parameter>)
+    $<$<COMPILE_LANGUAGE:C>:-fopenmp-simd -Wno-unused-parameter -Wno-unused-variable -Wno-unknown-pragmas>)
 endif()
 if(GBG_WITH_CUDA)
   include(CheckLanguage)
