@@ -80,7 +80,7 @@ static struct gbg_estimate gap_at(struct gbg_context *context, double dt)
     return gbg_estimate_mean(TIMES, gap);
 }
 
-static void gap_does_not_depend_on_dt(void **state)
+static void gap_hardly_depends_on_dt(void **state)
 {
     (void)state;
     struct gbg_context *context = opened_context();
@@ -88,6 +88,7 @@ static void gap_does_not_depend_on_dt(void **state)
                         coarse = gap_at(context, 0.01);
     print_message("mean gap at dt = 0.0005: %.6f +- %.1e\n", fine.mean, fine.error);
     int right = gate("dt = 0.002", step, fine.mean, 0.1 * fine.mean);
+    /* not what is wanted but what is kept: it came out at +17 %, all by the limit of rounds */
     right &= gate("dt = 0.01", coarse, fine.mean, 0.25 * fine.mean);
     gbg_context_destroy(&context);
     assert_true(right);
@@ -95,6 +96,6 @@ static void gap_does_not_depend_on_dt(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(gap_does_not_depend_on_dt)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(gap_hardly_depends_on_dt)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
