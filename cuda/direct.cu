@@ -79,12 +79,26 @@ static __global__ void finish(const __grid_constant__ struct gbg_state state,
     }
 }
 
-int gbg_cuda_direct_finish(struct gbg_device *device, const struct gbg_state *state,
-                           const struct gbg_cuda_direct *direct, int add)
+int gbg_cuda_direct_run(struct gbg_device *device, const struct gbg_state *state,
+                        struct gbg_cuda_direct *direct, gbg_cuda_direct_kernel kernel, int add,
+                        const char *what)
 {
-    finish<<<gbg_cuda_blocks(direct->targets), GBG_CUDA_THREADS, 0, device->stream>>>(*state,
-                                                                                      *direct, add);
-    return gbg_cuda_started(device, "direct sum, forces");
+    void *rest;
+    if (direct->targets == 0) {
+        return GBG_OK;
+    }
+    int status = gbg_cuda_direct_room(device, state, direct, 0, &rest);
+    if (status == GBG_OK) {
+        dim3 blocks(gbg_cuda_blocks(direct->targets, GBG_CUDA_TILE), (unsigned)direct->segments);
+        kernel<<<blocks, GBG_CUDA_TILE, 0, device->stream>>>(*state, *direct);
+        status = gbg_cuda_started(device, what);
+    }
+    if (status == GBG_OK) {
+        finish<<<gbg_cuda_blocks(direct->targets), GBG_CUDA_THREADS, 0, device->stream>>>(
+            *state, *direct, add);
+        status = gbg_cuda_started(device, "direct sum, forces");
+    }
+    return status;
 }
 
 int gbg_cuda_direct_reserve(struct gbg_device *device, const struct gbg_state *state)

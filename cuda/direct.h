@@ -36,9 +36,12 @@ struct gbg_cuda_direct gbg_cuda_direct_make(const struct gbg_state *state, doubl
 /* Its work arrays, in the device's workspace; `more` bytes beyond them at *rest. */
 int gbg_cuda_direct_room(struct gbg_device *device, const struct gbg_state *state,
                          struct gbg_cuda_direct *direct, size_t more, void **rest);
-/* force (+)= mobility factor sum of the segments' fields. */
-int gbg_cuda_direct_finish(struct gbg_device *device, const struct gbg_state *state,
-                           const struct gbg_cuda_direct *direct, int add);
+typedef void (*gbg_cuda_direct_kernel)(const struct gbg_state, const struct gbg_cuda_direct);
+/* Starts a kernel for all targets and segments, then force (+)= mobility factor sum of the
+ * segments' fields. */
+int gbg_cuda_direct_run(struct gbg_device *device, const struct gbg_state *state,
+                        struct gbg_cuda_direct *direct, gbg_cuda_direct_kernel kernel, int add,
+                        const char *what);
 /* Workspace of the symmetric and the strict sum, for direct_reserve. */
 size_t gbg_cuda_symmetric_bytes(const struct gbg_state *state);
 size_t gbg_cuda_strict_bytes(const struct gbg_state *state);
@@ -53,6 +56,29 @@ static __device__ __forceinline__ uint64_t gbg_cuda_position(const struct gbg_st
 {
     return gbg_join(state.high[axis][i], state.low[axis][i]);
 }
+
+/* The target of a thread and the tiles of sources of its block. */
+template <int dimension> struct gbg_cuda_target {
+    int64_t i, segment, begin, end;
+    uint64_t own[dimension];
+    double total[dimension];
+
+    __device__ gbg_cuda_target(const struct gbg_state &state, const struct gbg_cuda_direct &direct)
+        : i(gbg_cuda_index()), segment(blockIdx.y), begin(direct.tiles * segment / direct.segments),
+          end(direct.tiles * (segment + 1) / direct.segments)
+    {
+        for (int a = 0; a < dimension; a++) {
+            own[a] = i < direct.targets ? gbg_cuda_position(state, a, i) : 0;
+            total[a] = 0.0;
+        }
+    }
+    __device__ void store(const struct gbg_cuda_direct &direct) const
+    {
+        for (int a = 0; a < dimension && i < direct.targets; a++) {
+            direct.partial[(segment * dimension + a) * direct.targets + i] = total[a];
+        }
+    }
+};
 
 /* 1/sqrt(a) for normal a > 0, relative error below 4e-16: the unit's seed of 20 bits and a step of
  * order 3. */

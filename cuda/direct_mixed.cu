@@ -7,6 +7,10 @@
  * the high words cannot tell, are summed in double precision from all 64 bits. */
 #include "cuda/direct.h"
 
+/* Sources whose pairs are summed in single precision: few, since terms of one sign that cancel in
+ * the end lose more in longer sums. */
+enum { RUN = 16 };
+
 template <int whole> static __device__ __forceinline__ float weight(float squared)
 {
     float y;
@@ -28,18 +32,12 @@ static __global__ void one_sided(const __grid_constant__ struct gbg_state state,
 {
     __shared__ uint32_t high[dimension][GBG_CUDA_TILE];
     __shared__ float alpha[GBG_CUDA_TILE];
-    int64_t i = gbg_cuda_index(), segment = blockIdx.y;
-    int64_t begin = direct.tiles * segment / direct.segments;
-    int64_t end = direct.tiles * (segment + 1) / direct.segments;
-    uint64_t own[dimension];
-    double total[dimension];
+    struct gbg_cuda_target<dimension> target(state, direct);
     float scale[dimension];
     for (int a = 0; a < dimension; a++) {
-        own[a] = i < direct.targets ? gbg_cuda_position(state, a, i) : 0;
-        total[a] = 0.0;
         scale[a] = (float)direct.scale[a];
     }
-    for (int64_t tile = begin; tile < end; tile++) {
+    for (int64_t tile = target.begin; tile < target.end; tile++) {
         int64_t first = tile * GBG_CUDA_TILE, k = first + threadIdx.x;
         for (int a = 0; a < dimension; a++) {
             high[a][threadIdx.x] = k < direct.n ? state.high[a][k] : 0;
@@ -48,45 +46,44 @@ static __global__ void one_sided(const __grid_constant__ struct gbg_state state,
             k < direct.n ? (float)(gbg_cuda_alpha(state, k) * direct.strength) : 0.0f;
         __syncthreads();
         int rows = direct.n - first < GBG_CUDA_TILE ? (int)(direct.n - first) : GBG_CUDA_TILE;
-        float sum[dimension] = {};
+        for (int run = 0; run < rows; run += RUN) {
+            const int stop = run + RUN < rows ? run + RUN : rows;
+            float sum[dimension] = {};
 #pragma unroll 4
-        for (int row = 0; row < rows; row++) {
-            float r[dimension], squared = 0.0f;
-            bool doubtful = false;
+            for (int row = run; row < stop; row++) {
+                float r[dimension], squared = 0.0f;
+                bool doubtful = false;
+                for (int a = 0; a < dimension; a++) {
+                    uint32_t d = (uint32_t)(target.own[a] >> 32) - high[a][row];
+                    doubtful |= d == 0x80000000u;
+                    r[a] = (float)(int32_t)d * scale[a];
+                    squared = __fmaf_rn(r[a], r[a], squared);
+                }
+                if (doubtful || squared < direct.near) {
+                    uint64_t there[dimension];
+                    for (int a = 0; a < dimension; a++) {
+                        there[a] = gbg_cuda_position(state, a, first + row);
+                    }
+                    gbg_cuda_add_pair<dimension, whole>(
+                        direct, target.own, there,
+                        gbg_cuda_alpha(state, first + row) * direct.strength, target.total);
+                } else {
+                    float w = alpha[row] * weight<whole>(squared);
+                    for (int a = 0; a < dimension; a++) {
+                        sum[a] = __fmaf_rn(w, r[a], sum[a]);
+                    }
+                }
+            }
             for (int a = 0; a < dimension; a++) {
-                uint32_t d = (uint32_t)(own[a] >> 32) - high[a][row];
-                doubtful |= d == 0x80000000u;
-                r[a] = (float)(int32_t)d * scale[a];
-                squared = __fmaf_rn(r[a], r[a], squared);
+                target.total[a] += (double)sum[a];
             }
-            if (doubtful || squared < direct.near) {
-                uint64_t there[dimension];
-                for (int a = 0; a < dimension; a++) {
-                    there[a] = gbg_cuda_position(state, a, first + row);
-                }
-                gbg_cuda_add_pair<dimension, whole>(
-                    direct, own, there, gbg_cuda_alpha(state, first + row) * direct.strength,
-                    total);
-            } else {
-                float w = alpha[row] * weight<whole>(squared);
-                for (int a = 0; a < dimension; a++) {
-                    sum[a] = __fmaf_rn(w, r[a], sum[a]);
-                }
-            }
-        }
-        for (int a = 0; a < dimension; a++) {
-            total[a] += (double)sum[a];
         }
         __syncthreads();
     }
-    for (int a = 0; a < dimension && i < direct.targets; a++) {
-        direct.partial[(segment * dimension + a) * direct.targets + i] = total[a];
-    }
+    target.store(direct);
 }
 
-typedef void (*kernel)(const struct gbg_state, const struct gbg_cuda_direct);
-
-template <int dimension> static kernel choose(int whole)
+template <int dimension> static gbg_cuda_direct_kernel choose(int whole)
 {
     return whole == 1   ? one_sided<dimension, 1>
            : whole == 2 ? one_sided<dimension, 2>
@@ -103,19 +100,10 @@ int gbg_cuda_direct_simple(struct gbg_device *device, struct gbg_state *state, d
     if (direct.whole == 0) {
         return gbg_cuda_direct_double(device, state, power, add);
     }
-    if (direct.targets == 0) {
-        return GBG_OK;
-    }
-    void *rest;
-    int status = gbg_cuda_direct_room(device, state, &direct, 0, &rest);
-    if (status == GBG_OK) {
-        kernel chosen =
-            state->box.dimension == 2 ? choose<2>(direct.whole) : choose<3>(direct.whole);
-        dim3 blocks(gbg_cuda_blocks(direct.targets, GBG_CUDA_TILE), (unsigned)direct.segments);
-        chosen<<<blocks, GBG_CUDA_TILE, 0, device->stream>>>(*state, direct);
-        status = gbg_cuda_started(device, "direct sum, mixed");
-    }
-    return status ? status : gbg_cuda_direct_finish(device, state, &direct, add);
+    return gbg_cuda_direct_run(device, state, &direct,
+                               state->box.dimension == 2 ? choose<2>(direct.whole)
+                                                         : choose<3>(direct.whole),
+                               add, "direct sum, mixed");
 }
 
 /* Few particles are not worth 32 bits, nor, a little above, a sort. */

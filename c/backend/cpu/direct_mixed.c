@@ -3,7 +3,8 @@
  * Each pair is computed once and acts on both particles. Blocks of particles meet in phases
  * (direct.h). Within two blocks, vectors of particles i stay in registers while k runs over a tile
  * of the other block; the force on k collects in rows of lanes in the nearest cache. Sums over a
- * tile (i) and over a block (k) are in single precision, those over tiles and blocks in double.
+ * run of k (i) and over what shares a lane in a block (k) are in single precision, those over runs
+ * and blocks in double: terms of one sign that cancel in the end would lose more in longer ones.
  *
  * A difference is that of the high words, wrapped as an integer: the nearest image; power laws are
  * those of direct_law.h. Pairs below GBG_DIRECT_NEAR get the weight of that
@@ -25,6 +26,7 @@ enum { LAW_GENERAL = 0, LAW_1 = 1, LAW_2 = 2, LAW_6 = 6 };
 #define GROUP (VECTORS * VF_LANES)
 #define CHUNK (GROUP > LANES ? GROUP : LANES)
 #define HIGH_WORD (-(INT64_C(1) << 32))
+#define RUN 16 /* particles k whose forces on i are summed in single precision */
 #define ALWAYS static inline __attribute__((always_inline))
 
 struct constants {
@@ -58,10 +60,24 @@ ALWAYS vf differences(const struct gbg_direct *d, const struct constants *c, con
     return squared;
 }
 
-ALWAYS void add_to_field(double *field, vf sum)
+ALWAYS void clear(vf sum[VECTORS][3], int dimension)
 {
-    vd_store(field, vd_add(vd_load(field), vd_low(sum)));
-    vd_store(field + VD_LANES, vd_add(vd_load(field + VD_LANES), vd_high(sum)));
+    for (int v = 0; v < VECTORS; v++) {
+        for (int a = 0; a < dimension; a++) {
+            sum[v][a] = vf_set(0.0f);
+        }
+    }
+}
+
+ALWAYS void add_to_fields(const struct gbg_direct *d, int64_t i, vf sum[VECTORS][3], int dimension)
+{
+    for (int v = 0; v < VECTORS; v++) {
+        for (int a = 0; a < dimension; a++) {
+            double *field = d->field[a] + i + v * VF_LANES;
+            vd_store(field, vd_add(vd_load(field), vd_low(sum[v][a])));
+            vd_store(field + VD_LANES, vd_add(vd_load(field + VD_LANES), vd_high(sum[v][a])));
+        }
+    }
 }
 
 /* Lanes that need 64 bits: near pairs, and those whose nearest image the high words cannot tell
@@ -77,35 +93,35 @@ ALWAYS int sweep(const struct gbg_direct *d, const struct constants *c, int64_t 
                  float *rows, int dimension, int law, int scaled)
 {
     vi own[VECTORS][3];
-    vf alpha[VECTORS], sum[VECTORS][3];
+    vf alpha[VECTORS];
     for (int v = 0; v < VECTORS; v++) {
         alpha[v] = vf_load(d->single_alpha + i + v * VF_LANES);
         for (int a = 0; a < dimension; a++) {
             own[v][a] = vi_load(d->high[a] + i + v * VF_LANES);
-            sum[v][a] = vf_set(0.0f);
         }
     }
     const vi near = vi_of_bits(vf_set(c->near));
     vi least = near, lowest = vi_set(0);
-    for (int64_t row = 0; row < TILE; row++) {
-        const vf strength = vf_set(d->single_alpha[k + row]);
-        for (int v = 0; v < VECTORS; v++) {
-            vf r[3], squared = differences(d, c, own[v], k + row, dimension, scaled, r, &lowest);
-            /* Floats that are not negative are in the order of their bits. */
-            least = vi_min(least, vi_of_bits(squared));
-            vf w = weight(vf_of_bits(vi_max(vi_of_bits(squared), near)), c, law);
-            vf on_i = vf_mul(w, strength), on_k = vf_mul(w, alpha[v]);
-            for (int a = 0; a < dimension; a++) {
-                float *lane = rows + (row * dimension + a) * LANES + v * VF_LANES % LANES;
-                sum[v][a] = vf_fma(on_i, r[a], sum[v][a]);
-                vf_store(lane, vf_fma(on_k, r[a], vf_load(lane)));
+    for (int64_t run = 0; run < TILE; run += RUN) {
+        vf sum[VECTORS][3];
+        clear(sum, dimension);
+        for (int64_t row = run; row < run + RUN; row++) {
+            const vf strength = vf_set(d->single_alpha[k + row]);
+            for (int v = 0; v < VECTORS; v++) {
+                vf r[3],
+                    squared = differences(d, c, own[v], k + row, dimension, scaled, r, &lowest);
+                /* Floats that are not negative are in the order of their bits. */
+                least = vi_min(least, vi_of_bits(squared));
+                vf w = weight(vf_of_bits(vi_max(vi_of_bits(squared), near)), c, law);
+                vf on_i = vf_mul(w, strength), on_k = vf_mul(w, alpha[v]);
+                for (int a = 0; a < dimension; a++) {
+                    float *lane = rows + (row * dimension + a) * LANES + v * VF_LANES % LANES;
+                    sum[v][a] = vf_fma(on_i, r[a], sum[v][a]);
+                    vf_store(lane, vf_fma(on_k, r[a], vf_load(lane)));
+                }
             }
         }
-    }
-    for (int v = 0; v < VECTORS; v++) {
-        for (int a = 0; a < dimension; a++) {
-            add_to_field(d->field[a] + i + v * VF_LANES, sum[v][a]);
-        }
+        add_to_fields(d, i, sum, dimension);
     }
     return vm_any(doubtful(least, near, lowest));
 }
