@@ -9,12 +9,13 @@ struct gbg_context;
 struct gbg_bench_options {
     const char *name;    /* of the case; NULL: list them */
     const char *backend; /* as for gbg_context_create, without threads; NULL: auto */
-    const char *json;    /* file that receives the figures; NULL: none */
+    const char *json;    /* file that receives each line as it is measured; NULL: none */
     int64_t n;           /* particles; 0: the sizes of the case */
     int threads;         /* 0: as many as there are */
     int quick;           /* 1: small sizes, a few seconds in all */
     const char *only;    /* lines whose names hold this text alone; NULL: all */
-    double seconds;      /* no line begins later; 0: no limit */
+    double seconds;      /* no line begins later, lines that are slow then have fewer timings; 0: no
+                            limit */
 };
 
 /* Runs a case, prints its table, writes the file. Exit status: 0 done, 1 it failed (an error that
@@ -28,7 +29,6 @@ struct gbg_bench {
     struct gbg_context *context;
     struct gbg_bench_result *result;
     int n_results, capacity;
-    double began;
     int late;              /* lines that would have begun after the time was up */
     int refused, left_out; /* lines that failed, and all that are missing, while the case went on */
 };
@@ -38,6 +38,7 @@ struct gbg_bench {
  * evaluations only, as new lists do; 0: not known. */
 struct gbg_bench_seconds {
     double wall, core, mean;
+    int times; /* evaluations they are of */
 };
 
 /* A quantity of physics that a line reports besides its time: the rule and the step it was measured
@@ -84,7 +85,8 @@ struct gbg_bench_case {
     int (*run)(struct gbg_bench *bench);
 };
 
-/* Median times of at least 5 evaluations (more while they are short) after one to warm up. */
+/* Median times of at least 5 evaluations (more while they are short) after one to warm up; of
+ * fewer, but one, where the time that the options leave is over. */
 int gbg_bench_time(int (*evaluate)(void *user), void *user, struct gbg_bench_seconds *seconds);
 /* The same of so many evaluations, at most 101, for what changes as it is repeated. */
 int gbg_bench_time_exactly(int (*evaluate)(void *user), void *user, int times,
@@ -94,8 +96,8 @@ int gbg_bench_time_exactly(int (*evaluate)(void *user), void *user, int times,
 int gbg_bench_wanted(struct gbg_bench *bench, const char *what);
 
 /* Says on the screen why a line is missing, with the library's sentence. GBG_OK, so that the case
- * goes on, unless the device is lost; then the status. A line that failed other than for lack of
- * memory makes the case fail in the end. */
+ * goes on, unless the device is lost or the file of figures cannot be written; then the status. A
+ * line that failed other than for lack of memory makes the case fail in the end. */
 int gbg_bench_leave_out(struct gbg_bench *bench, const char *what, int64_t n, int status);
 
 /* Adds a column to a line, if there is room; name in static storage. */
@@ -107,7 +109,8 @@ double gbg_bench_median(double *values, int n);
 /* Seconds of a clock that only goes forward. */
 double gbg_bench_now(void);
 
-/* Adds a line to the table and prints it. */
+/* Adds a line to the table, prints it and writes the file anew: it holds every line so far, and is
+ * whole at every moment. */
 int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result);
 
 /* Sizes of a case: those of the option n alone, or the list (ended by 0), of which `quick` keeps

@@ -5,7 +5,8 @@ set -u
 usage() {
     cat <<'END'
 usage: h200.sh [OPTION...] FOLDER PROGRAMS
-  FOLDER         receives CASE.json for every case, log.txt (the tables) and tests.txt
+  FOLDER         receives CASE.json for every case, log.txt (the tables) and tests.txt; of a run that is cut off, the lines of
+                 the case it was at are in unjoined/
   PROGRAMS       a build directory, or a command that runs a program by its name: PROGRAMS gamboge ..., PROGRAMS backend_step
   --parts "P..." of: tests short-range carter2016 direct sizes noise neighbours huge (default: all but huge, which is
                  sizes at 2^30 and needs 50 GB of memory on the host and minutes for the start)
@@ -15,37 +16,15 @@ usage: h200.sh [OPTION...] FOLDER PROGRAMS
 END
 }
 
-complain() {
-    echo "h200.sh: $*" >&2
-    exit 2
-}
-
 parts='tests short-range carter2016 direct sizes noise neighbours' total=530 backend=cuda:0 n=''
-while [ $# -gt 0 ]; do
-    case $1 in
-    --parts | --total | --backend | --n)
-        [ $# -gt 1 ] || complain "$1 needs a value"
-        case $1 in
-        --parts) parts=$2 ;;
-        --total) total=$2 ;;
-        --backend) backend=$2 ;;
-        --n) n=$2 ;;
-        esac
-        shift 2
-        ;;
-    --help | -h)
-        usage
-        exit
-        ;;
-    -*) complain "there is no option $1 (--help lists them)" ;;
-    *) break ;;
-    esac
-done
+# shellcheck disable=SC2034
+script=h200.sh options='parts total backend n'
+. "$(dirname "$0")/options.sh"
 [ $# -eq 2 ] || complain "a folder and the programs are needed (--help)"
 folder=$1 programs=$2
 mkdir -p "$folder" || complain "cannot make $folder"
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+work=$(mktemp -d) unjoined=$folder/unjoined # the latter outlives a run that is cut off
+trap 'rm -rf "$work" "$unjoined"' EXIT
 began=$(date +%s)
 failed=0
 log=$folder/log.txt
@@ -75,14 +54,24 @@ start() {
     fi
 }
 
-# Lines of all JSON files of a case as one file.
+# Lines of all JSON files of a case as one file, which is whole at every moment.
 join() {
-    case=$1
-    cat "$work/$case".*.json 2>/dev/null | awk '/^ *\{/ {sub(/,$/, ""); line[++n] = $0}
-        END {print "["; for (k = 1; k <= n; k++) print line[k] (k < n ? "," : ""); print "]"}' >"$folder/$case.json"
+    cat "$unjoined/$1".*.json 2>/dev/null | awk '/^ *\{/ {sub(/,$/, ""); line[++n] = $0}
+        END {print "["; for (k = 1; k <= n; k++) print line[k] (k < n ? "," : ""); print "]"}' >"$unjoined/joined"
+    mv "$unjoined/joined" "$folder/$1.json"
 }
 
-# bench SECONDS CASE ARGUMENT...: the case may begin lines for so long, and is ended when it takes half as much again.
+# What a run that was cut off has left here.
+for file in "$unjoined"/*.json; do
+    [ -e "$file" ] || continue
+    name=${file##*/}
+    join "${name%%.*}"
+done
+rm -rf "$unjoined"
+mkdir "$unjoined" || complain "cannot make $unjoined"
+
+# bench SECONDS CASE ARGUMENT...: the case may begin lines and timings for so long, and is ended when it takes half as much again.
+# What it has measured by then is kept.
 runs=0
 bench() {
     seconds=$1 case=$2
@@ -98,11 +87,14 @@ bench() {
     ending=$((seconds + seconds / 2))
     [ "$ending" -le "$rest" ] || ending=$rest
     say "== $case $* ($(left) s are left)"
-    start "$ending" gamboge bench "$case" --backend "$backend" --seconds "$seconds" --json "$work/$case.$(printf %03d $runs).json" \
-        ${n:+--n} ${n:+"$n"} "$@" >"$work/out" 2>&1
-    status=$?
-    tee -a "$log" <"$work/out"
-    if [ $status -ne 0 ]; then
+    echo 1 >"$work/status"
+    {
+        start "$ending" gamboge bench "$case" --backend "$backend" --seconds "$seconds" --json "$unjoined/$case.$(printf %03d $runs).json" \
+            ${n:+--n} ${n:+"$n"} "$@" 2>&1
+        echo $? >"$work/status"
+    } | tee -a "$log"
+    status=$(cat "$work/status")
+    if [ "$status" -ne 0 ]; then
         say "== $case $*: exit status $status"
         failed=1
     fi
@@ -134,7 +126,7 @@ for part in $parts; do
     case $part in
     tests) tests ;;
     short-range) bench 60 short-range ;;
-    carter2016) bench 170 carter2016 ;;
+    carter2016) bench 200 carter2016 ;;
     direct)
         bench 30 direct
         [ -n "$n" ] || bench 40 direct --n 1048576

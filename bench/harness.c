@@ -45,6 +45,16 @@ double gbg_bench_median(double *values, int n)
     return n > 0 ? values[n / 2] : 0.0;
 }
 
+/* The moment (gbg_bench_now) from which on no evaluation should begin; 0: never. Set once by
+ * gbg_bench_main. */
+static double ending;
+
+/* 1 if another evaluation as long as the last would end after it. */
+static int is_late(double last)
+{
+    return ending > 0.0 && gbg_bench_now() + last > ending;
+}
+
 static int time_between(int (*evaluate)(void *user), void *user, int least, int most,
                         struct gbg_bench_seconds *seconds)
 {
@@ -56,10 +66,14 @@ static int time_between(int (*evaluate)(void *user), void *user, int least, int 
         core[n] = now(CLOCK_PROCESS_CPUTIME_ID) - core_start;
         wall[n] = now(CLOCK_MONOTONIC) - wall_start;
         total += wall[n++];
+        if (is_late(wall[n - 1])) {
+            break;
+        }
     }
     seconds->wall = gbg_bench_median(wall, n);
     seconds->core = gbg_bench_median(core, n);
     seconds->mean = n > 0 ? total / n : 0.0;
+    seconds->times = n;
     return status;
 }
 
@@ -98,7 +112,7 @@ int gbg_bench_wanted(struct gbg_bench *bench, const char *what)
     if (o->only && !strstr(what, o->only)) {
         return 0;
     }
-    int late = o->seconds > 0.0 && gbg_bench_now() - bench->began > o->seconds;
+    int late = is_late(0.0);
     bench->late += late;
     return !late;
 }
@@ -109,7 +123,7 @@ int gbg_bench_leave_out(struct gbg_bench *bench, const char *what, int64_t n, in
     fprintf(stderr, "%s, N = %lld: %s\n", what, (long long)n, gbg_message(bench->context));
     bench->refused += status != GBG_E_MEMORY;
     bench->left_out++;
-    return status == GBG_E_DEVICE ? status : GBG_OK;
+    return status == GBG_E_DEVICE || status == GBG_E_FILE ? status : GBG_OK;
 }
 
 int gbg_bench_sizes(const struct gbg_bench *bench, const int64_t *list, int64_t quick_most,
@@ -238,12 +252,32 @@ static void print_extra(const struct gbg_bench_result *result)
     printf("\n");
 }
 
-int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
+static void print_timed(const struct gbg_bench_result *result)
 {
-    const char *only = bench->options->only;
-    if (only && !strstr(result->what, only)) { /* of a case that cannot leave it out before */
-        return GBG_OK;
+    printf("%-26s %-9s %9lld %11.4e %11.3e %12.4g %-15s %9.2e %12.2e%s", result->what,
+           result->precision, (long long)result->n, result->seconds.wall,
+           result->work / result->seconds.wall, 1e9 * result->seconds.core / result->work,
+           result->unit, result->error_rms, result->error_median,
+           is_too_large(result) ? "  TOO LARGE" : "");
+    print_extra(result);
+}
+
+static void print_line(const struct gbg_bench_result *result)
+{
+    if (result->published.table) {
+        print_published(result);
+        print_extra(result);
+    } else if (result->measured.quantity) {
+        print_measured(result);
+    } else {
+        print_timed(result);
     }
+    fflush(stdout);
+}
+
+/* Room for one more line. */
+static int make_room(struct gbg_bench *bench)
+{
     if (bench->n_results == bench->capacity) {
         int capacity = 2 * bench->capacity + 8;
         struct gbg_bench_result *more = realloc(bench->result, (size_t)capacity * sizeof *more);
@@ -253,29 +287,7 @@ int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *res
         bench->result = more;
         bench->capacity = capacity;
     }
-    if (bench->n_results == 0) {
-        print_columns(result);
-    }
-    bench->result[bench->n_results++] = *result;
-    if (result->published.table) {
-        print_published(result);
-        print_extra(result);
-        fflush(stdout);
-        return 0;
-    }
-    if (result->measured.quantity) {
-        print_measured(result);
-        fflush(stdout);
-        return 0;
-    }
-    printf("%-26s %-9s %9lld %11.4e %11.3e %12.4g %-15s %9.2e %12.2e%s", result->what,
-           result->precision, (long long)result->n, result->seconds.wall,
-           result->work / result->seconds.wall, 1e9 * result->seconds.core / result->work,
-           result->unit, result->error_rms, result->error_median,
-           is_too_large(result) ? "  TOO LARGE" : "");
-    print_extra(result);
-    fflush(stdout);
-    return 0;
+    return GBG_OK;
 }
 
 static void write_number(FILE *file, const char *key, double value)
@@ -330,6 +342,7 @@ static void write_results(FILE *file, const struct gbg_bench *bench)
             k ? "," : "", bench->case_name, r->what, (long long)r->n, name, instructions, threads,
             r->precision, r->unit);
         write_number(file, "seconds", r->seconds.wall);
+        write_number(file, "times", r->seconds.times > 0 ? r->seconds.times : NAN);
         write_number(file, "mean_seconds", r->seconds.mean > 0.0 ? r->seconds.mean : NAN);
         write_number(file, "core_seconds", r->seconds.core);
         write_number(file, "per_second", r->work / r->seconds.wall);
@@ -371,6 +384,24 @@ static int write_file(const struct gbg_bench *bench)
     gbg_file_abandon(temporary);
     fprintf(stderr, "gamboge bench: %s could not be written\n", path);
     return GBG_E_FILE;
+}
+
+int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
+{
+    const char *only = bench->options->only;
+    if (only && !strstr(result->what, only)) { /* of a case that cannot leave it out before */
+        return GBG_OK;
+    }
+    int status = make_room(bench);
+    if (status != GBG_OK) {
+        return status;
+    }
+    if (bench->n_results == 0) {
+        print_columns(result);
+    }
+    bench->result[bench->n_results++] = *result;
+    print_line(result);
+    return bench->options->json ? write_file(bench) : GBG_OK;
 }
 
 static int list_cases(void)
@@ -428,12 +459,13 @@ int gbg_bench_main(const struct gbg_bench_options *options)
         return list_cases();
     }
     const struct gbg_bench_case *chosen = find_case(options->name);
-    struct gbg_bench bench = {
-        .options = options, .case_name = options->name, .began = gbg_bench_now()};
+    struct gbg_bench bench = {.options = options, .case_name = options->name};
+    double began = gbg_bench_now();
     if (!chosen || !open_context(options, &bench.context)) {
         return 2;
     }
     print_head(&bench);
+    ending = options->seconds > 0.0 ? began + options->seconds : 0.0;
     int status = chosen->run(&bench);
     if (bench.late > 0) {
         printf("%g s are over: lines are missing\n", options->seconds);
@@ -444,7 +476,7 @@ int gbg_bench_main(const struct gbg_bench_options *options)
         gbg_context_destroy(&bench.context);
         return 2;
     }
-    if (status == GBG_OK && options->json) {
+    if (status == GBG_OK && options->json && bench.n_results == 0) {
         status = write_file(&bench);
     }
     if (status != GBG_OK) {

@@ -16,34 +16,11 @@ and HBM of the whole time.
 END
 }
 
-complain() {
-    echo "roofline.sh: $*" >&2
-    exit 2
-}
-
 here=$(cd "$(dirname "$0")" && pwd)
 out='' n=1048576 seconds=60 count=24 backend=cuda:0
-while [ $# -gt 0 ]; do
-    case $1 in
-    --out | --n | --seconds | --count | --backend)
-        [ $# -gt 1 ] || complain "$1 needs a value"
-        case $1 in
-        --out) out=$2 ;;
-        --n) n=$2 ;;
-        --seconds) seconds=$2 ;;
-        --count) count=$2 ;;
-        --backend) backend=$2 ;;
-        esac
-        shift 2
-        ;;
-    --help | -h)
-        usage
-        exit
-        ;;
-    -*) complain "there is no option $1 (--help lists them)" ;;
-    *) break ;;
-    esac
-done
+# shellcheck disable=SC2034
+script=roofline.sh options='out n seconds count backend'
+. "$here/options.sh"
 [ $# -gt 0 ] || complain "no program is given (--help)"
 command -v ncu >/dev/null || complain "there is no ncu here"
 if [ -z "$out" ]; then

@@ -46,6 +46,7 @@ static int time_design(struct gbg_bench *bench, const struct site *site, int des
     }
     line->seconds.wall = line->seconds.core = gbg_bench_median(seconds, TIMES);
     line->seconds.mean = total / TIMES;
+    line->seconds.times = TIMES;
     line->error_rms = fabs((double)(rows - report->rows)) / fmax((double)report->rows, 1.0);
     line->allowed = 1e-3;
     gbg_bench_extra(line, "neighbours", (double)rows / (double)line->n);

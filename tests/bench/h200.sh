@@ -37,4 +37,19 @@ done
 grep -q '^==== backend_step: exit status 0' "$folder/tests/tests.txt" || fail "no log of the tests"
 sh "$root/bench/h200.sh" --total 3 --parts noise "$folder/late" "$build" >"$folder/said" 2>&1 && fail "no time: exit status 0"
 grep -q 'noise : left out, no time' "$folder/said" || fail "no word of what is left out: $(cat "$folder/said")"
+# what a run that was cut off left is joined by the next one; a misspelt option is bad use
+mkdir -p "$folder/cut/unjoined"
+for part in 001 002; do
+    printf '[\n {"case": "noise", "n": %d}\n]\n' $part >"$folder/cut/unjoined/noise.$part.json"
+done
+sh "$root/bench/h200.sh" --parts tests "$folder/cut" "$folder/run" >"$folder/said" 2>&1
+[ "$(grep -c '"case": "noise"' "$folder/cut/noise.json")" -eq 2 ] || fail "lines of a run that was cut off are lost"
+[ ! -e "$folder/cut/unjoined" ] || fail "unjoined is left"
+for words in "--totals 3" "--total" "-x"; do
+    # shellcheck disable=SC2086
+    sh "$root/bench/h200.sh" $words >"$folder/said" 2>&1
+    [ $? -eq 2 ] || fail "not bad use: $words"
+done
+sh "$root/bench/h200.sh" "--parts total" 3 x y >"$folder/said" 2>&1
+[ $? -eq 2 ] || fail "an option of two words"
 exit $failed
