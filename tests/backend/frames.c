@@ -1,11 +1,9 @@
 /* Tests of frames that are copied from a GPU while the next steps run: the files of the CPU, byte
  * for byte; frames outlive their engine; without memory they are written at once. */
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include "both.h"
 #include "core/memory.h"
 #include "gamboge/trajectory.h"
+#include "made_files.h"
 
 #ifdef GBG_WITH_CUDA
 extern int64_t gbg_cuda_live(void); /* arrays on the GPU */
@@ -19,44 +17,10 @@ static int64_t gbg_cuda_live(void)
 enum { FRAMES = 12, STEPS_BETWEEN = 7 };
 
 static struct made_particles made;
-static char directory[] = "/tmp/gbg_frames_XXXXXX";
-
-static const char *path_of(const char *name)
-{
-    static char path[3][128];
-    static int next;
-    next = (next + 1) % 3;
-    snprintf(path[next], sizeof path[next], "%s/%s", directory, name);
-    return path[next];
-}
-
-static char *content(const char *path, size_t *bytes)
-{
-    struct stat about;
-    assert_int_equal(stat(path, &about), 0);
-    *bytes = (size_t)about.st_size;
-    char *data = malloc(*bytes + 1);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fread(data, 1, *bytes, file), *bytes);
-    fclose(file);
-    return data;
-}
 
 static void same_files(const char *a, const char *b)
 {
-    size_t na, nb;
-    char *da = content(a, &na), *db = content(b, &nb);
-    if (na != nb) {
-        fail_msg("%s has %zu bytes, %s %zu", a, na, b, nb);
-    }
-    for (size_t k = 0; k < na; k++) {
-        if (da[k] != db[k]) {
-            fail_msg("%s and %s differ from byte %zu of %zu on", a, b, k, na);
-        }
-    }
-    free(da);
-    free(db);
+    made_same_content(a, b);
     assert_int_equal(unlink(a), 0);
     assert_int_equal(unlink(b), 0);
 }
@@ -103,7 +67,7 @@ static void write_frames(struct gbg_engine *engine, const char *path, add_frame 
 static void compare(struct gbg_scene scene, int ordering, add_frame add)
 {
     struct both both = both_make(scene, &made);
-    const char *cpu = path_of("cpu.nc"), *gpu = path_of("gpu.nc");
+    const char *cpu = made_path("cpu.nc"), *gpu = made_path("gpu.nc");
     for (int b = 0; b < 2; b++) {
         both.engine[b]->ordering = ordering;
     }
@@ -138,7 +102,7 @@ static void frames_outlive_their_engine(void **state)
     struct gbg_scene scene = discs(2, 1, 1, 1);
     struct both both = both_make(scene, &made);
     struct gbg_trajectory *trajectory;
-    const char *cpu = path_of("cpu.nc"), *gpu = path_of("gpu.nc");
+    const char *cpu = made_path("cpu.nc"), *gpu = made_path("gpu.nc");
     good(both.engine[0], gbg_trajectory_create(both.engine[0], cpu, &trajectory));
     good(both.engine[0], gbg_trajectory_append(trajectory, both.engine[0]));
     good(both.engine[0], gbg_engine_advance(both.engine[0], 10));
@@ -170,7 +134,7 @@ static void without_memory_frames_are_written_at_once(void **state)
     for (int64_t n = 1; n <= 6; n++) {
         struct both both = both_make(scene, &made);
         struct gbg_trajectory *trajectory;
-        const char *cpu = path_of("cpu.nc"), *gpu = path_of("gpu.nc");
+        const char *cpu = made_path("cpu.nc"), *gpu = made_path("gpu.nc");
         write_frames(both.engine[0], cpu, gbg_trajectory_append);
         struct gbg_engine *engine = both.engine[1];
         good(engine, gbg_trajectory_create(engine, gpu, &trajectory));
@@ -188,18 +152,6 @@ static void without_memory_frames_are_written_at_once(void **state)
     }
 }
 
-static int start(void **state)
-{
-    (void)state;
-    return mkdtemp(directory) ? 0 : -1;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    return rmdir(directory);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -207,5 +159,5 @@ int main(void)
         cmocka_unit_test(frames_outlive_their_engine),
         cmocka_unit_test(without_memory_frames_are_written_at_once),
     };
-    return both_missing() ? BOTH_SKIPPED : cmocka_run_group_tests(tests, start, stop);
+    return both_missing() ? BOTH_SKIPPED : cmocka_run_group_tests(tests, made_start, made_stop);
 }

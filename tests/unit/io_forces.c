@@ -105,27 +105,20 @@ static void forces_come_back(void **state)
     unlink(path);
 }
 
-static void refused(int status, int expected, const char *words)
-{
-    if (status != expected || !strstr(gbg_message(context), words)) {
-        fail_msg("%s instead of %s with \"%s\": %s", gbg_status_name(status),
-                 gbg_status_name(expected), words, gbg_message(context));
-    }
-}
-
 static void refusals_leave_no_file(void **state)
 {
     (void)state;
     const char *path = made_path("f.nc");
     int status, failures = 0;
     struct gbg_engine *engine = engine_with(2, 0, 0);
-    refused(gbg_engine_write_forces(engine, path), GBG_E_SCENE, "no particle");
+    made_refused(context, gbg_engine_write_forces(engine, path), GBG_E_SCENE, "no particle");
     gbg_engine_destroy(&engine);
     engine = engine_with(2, N, 100);
     assert_int_equal(gbg_engine_write_forces(NULL, path), GBG_E_ARGUMENT);
-    refused(gbg_engine_write_forces(engine, NULL), GBG_E_ARGUMENT,
-            "gbg_engine_write_forces: path is NULL");
-    refused(gbg_engine_write_forces(engine, made_path("none/f.nc")), GBG_E_FILE, "No such file");
+    made_refused(context, gbg_engine_write_forces(engine, NULL), GBG_E_ARGUMENT,
+                 "gbg_engine_write_forces: path is NULL");
+    made_refused(context, gbg_engine_write_forces(engine, made_path("none/f.nc")), GBG_E_FILE,
+                 "No such file");
     for (int64_t n = 1;; n++) {
         gbg_memory_fail_after(n);
         status = gbg_engine_write_forces(engine, path);
@@ -142,22 +135,11 @@ static void refusals_leave_no_file(void **state)
     unlink(path);
 }
 
-static int start(void **state)
-{
-    return gbg_context_create("cpu:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forces_come_back),
         cmocka_unit_test(refusals_leave_no_file),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "cpu:threads=1", &context);
 }

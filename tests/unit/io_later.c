@@ -2,7 +2,6 @@
  * copies go the way of a GPU's: the same bytes as append, nothing lost, every failure reported. */
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <time.h>
 
 #include "core/memory.h"
@@ -10,38 +9,6 @@
 
 static const struct made standard = {2, 301, "double", 1, 1, 0, 0};
 static struct gbg_context *context;
-
-static char *content(const char *path, size_t *bytes)
-{
-    struct stat about;
-    assert_int_equal(stat(path, &about), 0);
-    *bytes = (size_t)about.st_size;
-    char *data = malloc(*bytes + 1);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fread(data, 1, *bytes, file), *bytes);
-    fclose(file);
-    return data;
-}
-
-static void same_content(const char *a, const char *b)
-{
-    size_t na, nb;
-    char *da = content(a, &na), *db = content(b, &nb);
-    if (na != nb || memcmp(da, db, na) != 0) {
-        fail_msg("%s and %s differ", a, b);
-    }
-    free(da);
-    free(db);
-}
-
-static void refused(int status, int expected, const char *words)
-{
-    if (status != expected || !strstr(gbg_message(context), words)) {
-        fail_msg("%s instead of %s with \"%s\": %s", gbg_status_name(status),
-                 gbg_status_name(expected), words, gbg_message(context));
-    }
-}
 
 static void said(const char *words)
 {
@@ -55,15 +22,6 @@ static struct gbg_trajectory *create(struct gbg_engine *engine, const char *path
     struct gbg_trajectory *trajectory;
     made_good(context, gbg_trajectory_create(engine, path, &trajectory));
     return trajectory;
-}
-
-static void append_steps(struct gbg_trajectory *trajectory, struct gbg_engine *engine, int first,
-                         int last)
-{
-    for (int step = first; step <= last; step++) {
-        made_set(engine, step);
-        made_good(context, gbg_trajectory_append(trajectory, engine));
-    }
 }
 
 /* The state changes at once after each: what is written must not. */
@@ -89,7 +47,7 @@ static const char *whole_file(struct gbg_engine *engine, int last)
 {
     const char *path = made_path("whole.nc");
     struct gbg_trajectory *trajectory = create(engine, path);
-    append_steps(trajectory, engine, 1, last);
+    made_append(trajectory, engine, 1, last);
     made_good(context, gbg_trajectory_destroy(&trajectory));
     return path;
 }
@@ -124,10 +82,10 @@ static void check_same(const struct made *made, int permuted)
     begin_steps(trajectory, engine, 1, 3);
     made_good(context, gbg_trajectory_append_end(trajectory));
     assert_int_equal(frames_of(trajectory), 3);
-    append_steps(trajectory, engine, 4, 4); /* both kinds in one file */
+    made_append(trajectory, engine, 4, 4); /* both kinds in one file */
     begin_steps(trajectory, engine, 5, LAST);
     made_good(context, gbg_trajectory_destroy(&trajectory));
-    same_content(path, whole);
+    made_same_content(path, whole);
     gbg_engine_destroy(&engine);
     unlink(path);
     unlink(whole);
@@ -167,7 +125,7 @@ static void frames_outlive_their_engine(void **state)
     gbg_engine_destroy(&engine);
     made_good(context, gbg_trajectory_destroy(&trajectory));
     gbg_context_destroy(&cpu);
-    same_content(path, whole);
+    made_same_content(path, whole);
     unlink(path);
     unlink(whole);
 }
@@ -178,20 +136,24 @@ static void refusals(void **state)
     struct gbg_engine *engine = made_engine(context, &standard);
     const char *path = made_path("later.nc");
     struct gbg_trajectory *trajectory = create(engine, path);
-    refused(gbg_trajectory_append_begin(trajectory, NULL), GBG_E_ARGUMENT, "engine is NULL");
+    made_refused(context, gbg_trajectory_append_begin(trajectory, NULL), GBG_E_ARGUMENT,
+                 "engine is NULL");
     assert_int_equal(gbg_trajectory_append_begin(NULL, engine), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_append_end(NULL), GBG_E_ARGUMENT);
     made_good(context, gbg_trajectory_append_end(trajectory)); /* nothing to wait for */
     begin_steps(trajectory, engine, 7, 7);
     made_set(engine, 6); /* also against a frame that is not in the file yet */
-    refused(gbg_trajectory_append_begin(trajectory, engine), GBG_E_ORDER, "already at step 7");
-    refused(gbg_trajectory_append(trajectory, engine), GBG_E_ORDER, "already at step 7");
+    made_refused(context, gbg_trajectory_append_begin(trajectory, engine), GBG_E_ORDER,
+                 "already at step 7");
+    made_refused(context, gbg_trajectory_append(trajectory, engine), GBG_E_ORDER,
+                 "already at step 7");
     made_good(context, gbg_trajectory_append_end(trajectory));
     assert_int_equal(frames_of(trajectory), 1);
     made_good(context, gbg_trajectory_destroy(&trajectory));
     made_good(context, gbg_trajectory_open(context, path, &trajectory));
-    refused(gbg_trajectory_append_begin(trajectory, engine), GBG_E_ORDER, "to be read");
-    refused(gbg_trajectory_append_end(trajectory), GBG_E_ORDER, "to be read");
+    made_refused(context, gbg_trajectory_append_begin(trajectory, engine), GBG_E_ORDER,
+                 "to be read");
+    made_refused(context, gbg_trajectory_append_end(trajectory), GBG_E_ORDER, "to be read");
     gbg_trajectory_destroy(&trajectory);
     gbg_engine_destroy(&engine);
     unlink(path);
@@ -215,7 +177,7 @@ static void a_full_disc_is_reported(void **state)
     struct gbg_engine *engine = made_engine(context, &standard);
     const char *path = made_path("later.nc"), *whole = whole_file(engine, 3);
     size_t three, bytes;
-    free(content(whole, &three));
+    free(made_content(whole, &three));
     whole_file(engine, 6);
     signal(SIGXFSZ, SIG_IGN);
     getrlimit(RLIMIT_FSIZE, &former);
@@ -231,17 +193,18 @@ static void a_full_disc_is_reported(void **state)
         made_set(engine, 5); /* dropped, or told of the failure */
         int dropped = gbg_trajectory_append_begin(trajectory, engine) == GBG_OK;
         if (dropped) {
-            refused(next_call(call, &trajectory, engine), GBG_E_FILE, "cannot write frame 3");
+            made_refused(context, next_call(call, &trajectory, engine), GBG_E_FILE,
+                         "cannot write frame 3");
         }
         setrlimit(RLIMIT_FSIZE, &former);
         said("File too large");
-        free(content(path, &bytes));
+        free(made_content(path, &bytes));
         assert_int_equal(bytes, three);
         if (trajectory && call < 2) {
             assert_int_equal(frames_of(trajectory), 3);
             begin_steps(trajectory, engine, 4, 6);
             made_good(context, gbg_trajectory_destroy(&trajectory));
-            same_content(path, whole);
+            made_same_content(path, whole);
         }
         gbg_trajectory_destroy(&trajectory);
         unlink(path);
@@ -279,12 +242,13 @@ static void a_lost_copy_is_reported(void **state)
     struct gbg_trajectory *trajectory = create(engine, path);
     begin_steps(trajectory, engine, 1, 4);
     __atomic_store_n(&next_begun, 1, __ATOMIC_RELEASE);
-    refused(gbg_trajectory_append_end(trajectory), GBG_E_DEVICE, "the card went away");
+    made_refused(context, gbg_trajectory_append_end(trajectory), GBG_E_DEVICE,
+                 "the card went away");
     said("frame 2 is lost");
     made_good(context, gbg_trajectory_append_end(trajectory)); /* told once */
     assert_int_equal(frames_of(trajectory), 2);
     made_good(context, gbg_trajectory_destroy(&trajectory));
-    same_content(path, whole);
+    made_same_content(path, whole);
     engine->backend = backend;
     gbg_engine_destroy(&engine);
     unlink(path);
@@ -307,7 +271,7 @@ static void without_memory_it_is_append(void **state)
             made_good(context, status);
         }
         made_good(context, gbg_trajectory_destroy(&trajectory));
-        same_content(path, whole);
+        made_same_content(path, whole);
         trajectory = create(engine, path);
         made_set(engine, 1);
         gbg_memory_fail_after(n);
@@ -316,22 +280,11 @@ static void without_memory_it_is_append(void **state)
         made_good(context, status);
         begin_steps(trajectory, engine, 2, 4);
         made_good(context, gbg_trajectory_destroy(&trajectory));
-        same_content(path, whole);
+        made_same_content(path, whole);
     }
     gbg_engine_destroy(&engine);
     unlink(path);
     unlink(whole);
-}
-
-static int start(void **state)
-{
-    return gbg_context_create("poison:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
 }
 
 int main(void)
@@ -344,5 +297,5 @@ int main(void)
         cmocka_unit_test(a_lost_copy_is_reported),
         cmocka_unit_test(without_memory_it_is_append),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "poison:threads=1", &context);
 }

@@ -2,15 +2,9 @@
 #ifndef GBG_TESTS_IO_MADE_H
 #define GBG_TESTS_IO_MADE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#include <cmocka.h>
+#include "made_files.h"
 
 #include "core/random.h"
 #include "engine/engine.h"
@@ -28,6 +22,16 @@ static inline void made_good(const struct gbg_context *context, int status)
 {
     if (status != GBG_OK) {
         fail_msg("%s: %s", gbg_status_name(status), gbg_message(context));
+    }
+}
+
+/* A call failed so, and the context's sentence holds these words. */
+static inline void made_refused(const struct gbg_context *context, int status, int expected,
+                                const char *words)
+{
+    if (status != expected || !strstr(gbg_message(context), words)) {
+        fail_msg("%s instead of %s with \"%s\": %s", gbg_status_name(status),
+                 gbg_status_name(expected), words, gbg_message(context));
     }
 }
 
@@ -124,6 +128,16 @@ static inline void made_set(struct gbg_engine *engine, int64_t step)
     }
 }
 
+/* Frames with the known states of these steps. */
+static inline void made_append(struct gbg_trajectory *trajectory, struct gbg_engine *engine,
+                               int first, int last)
+{
+    for (int step = first; step <= last; step++) {
+        made_set(engine, step);
+        made_good(engine->context, gbg_trajectory_append(trajectory, engine));
+    }
+}
+
 /* The coordinate that a file should hold, computed apart from core/box.h: within 2^-52 of the box.
  */
 static inline double made_coordinate(int64_t step, int64_t i, int axis)
@@ -132,28 +146,16 @@ static inline double made_coordinate(int64_t step, int64_t i, int axis)
     return (double)(made_origin[axis] + made_length[axis] * fraction);
 }
 
-/* A directory for the files of a test; empty again at the end or the test fails. */
-static char made_directory[] = "/tmp/gbg_io_XXXXXX";
-
-static inline const char *made_path(const char *name)
+static inline int made_close(struct gbg_context **context, int failed)
 {
-    static char path[4][320];
-    static int next;
-    next = (next + 1) % 4;
-    snprintf(path[next], sizeof path[next], "%s/%s", made_directory, name);
-    return path[next];
+    gbg_context_destroy(context);
+    return failed;
 }
 
-static inline int made_start(void **state)
-{
-    (void)state;
-    return mkdtemp(made_directory) ? 0 : -1;
-}
-
-static inline int made_stop(void **state)
-{
-    (void)state;
-    return rmdir(made_directory);
-}
+/* Runs tests of files with a context of that text at *context: what main returns. */
+#define made_run(tests, text, context)                                                             \
+    (gbg_context_create(text, context) == GBG_OK                                                   \
+         ? made_close(context, cmocka_run_group_tests(tests, made_start, made_stop))               \
+         : 1)
 
 #endif

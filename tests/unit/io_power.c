@@ -199,22 +199,11 @@ static void a_restart_file_has_its_name_only_when_it_is_whole(void **state)
     unlink(made_path("r.rst.previous"));
 }
 
-static int start(void **state)
-{
-    return gbg_context_create("cpu:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_disc_that_a_crash_leaves_is_right),
         cmocka_unit_test(a_restart_file_has_its_name_only_when_it_is_whole),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "cpu:threads=1", &context);
 }

@@ -212,18 +212,10 @@ static void types_and_radii_of_others(void **state)
     unlink(path);
 }
 
-static void refused(int status, int expected, const char *words)
-{
-    if (status != expected || !strstr(gbg_message(context), words)) {
-        fail_msg("%s instead of %s with \"%s\": %s", gbg_status_name(status),
-                 gbg_status_name(expected), words, gbg_message(context));
-    }
-}
-
 static void open_refused(const char *path, int expected, const char *words)
 {
     struct gbg_trajectory *trajectory;
-    refused(gbg_trajectory_open(context, path, &trajectory), expected, words);
+    made_refused(context, gbg_trajectory_open(context, path, &trajectory), expected, words);
     assert_null(trajectory);
     assert_non_null(strstr(gbg_message(context), "gbg_trajectory_open: "));
 }
@@ -241,8 +233,8 @@ static void bad_coordinates_are_named(void **state)
         struct gbg_trajectory *trajectory = opened(path);
         double r[9];
         made_good(context, gbg_trajectory_positions(trajectory, 0, 3, r, r + 3, r + 6, 1));
-        refused(gbg_trajectory_positions(trajectory, 1, 3, r, r + 3, r + 6, 1), GBG_E_FORMAT,
-                "frame 1, particle 1 (both from 0): y is ");
+        made_refused(context, gbg_trajectory_positions(trajectory, 1, 3, r, r + 3, r + 6, 1),
+                     GBG_E_FORMAT, "frame 1, particle 1 (both from 0): y is ");
         gbg_trajectory_destroy(&trajectory);
     }
     unlink(path);
@@ -267,8 +259,8 @@ static void bad_boxes_are_refused(void **state)
         how.length = bad[k].length;
         make(&how, path);
         struct gbg_trajectory *trajectory = opened(path);
-        refused(gbg_trajectory_frame(trajectory, 0, &time, NULL, length, NULL), GBG_E_FORMAT,
-                bad[k].words);
+        made_refused(context, gbg_trajectory_frame(trajectory, 0, &time, NULL, length, NULL),
+                     GBG_E_FORMAT, bad[k].words);
         gbg_trajectory_destroy(&trajectory);
     }
     unlink(path);
@@ -333,23 +325,33 @@ static void bad_arguments_are_refused(void **state)
     char name[2];
     make(&amber, path);
     t = opened(path);
-    refused(gbg_trajectory_positions(t, 2, 3, r, r, r, 1), GBG_E_ARGUMENT, "frame is 2");
-    refused(gbg_trajectory_positions(t, -1, 3, r, r, r, 1), GBG_E_ARGUMENT, "frame is -1");
-    refused(gbg_trajectory_positions(t, 0, 2, r, r, r, 1), GBG_E_SPACE, "n is 2");
-    refused(gbg_trajectory_positions(t, 0, 3, NULL, r, r, 1), GBG_E_ARGUMENT, "x is NULL");
-    refused(gbg_trajectory_positions(t, 0, 3, r, NULL, r, 1), GBG_E_ARGUMENT, "y is NULL");
-    refused(gbg_trajectory_positions(t, 0, 3, r, r, NULL, 1), GBG_E_ARGUMENT, "z is NULL");
-    refused(gbg_trajectory_positions(t, 0, 3, r, r, r, 0), GBG_E_ARGUMENT, "step is 0");
-    refused(gbg_trajectory_images(t, 0, 3, k, k, k, 1), GBG_E_NAME, "no image counts");
-    refused(gbg_trajectory_overlapped(t, 0, 3, k), GBG_E_NAME, "no overlap flags");
-    refused(gbg_trajectory_species(t, 3, k, 2), GBG_E_ARGUMENT, "base is 2");
-    refused(gbg_trajectory_species(t, 2, k, 0), GBG_E_SPACE, "n is 2");
-    refused(gbg_trajectory_diameters(t, 3, NULL), GBG_E_ARGUMENT, "diameters is NULL");
-    refused(gbg_trajectory_species_name(t, 1, 2, name), GBG_E_ARGUMENT, "species is 1");
-    refused(gbg_trajectory_species_name(t, 0, 1, name), GBG_E_SPACE, "needs 2");
-    refused(gbg_trajectory_frame(t, 7, r, NULL, NULL, NULL), GBG_E_ARGUMENT, "frame is 7");
-    refused(gbg_trajectory_is_double(t, NULL), GBG_E_ARGUMENT, "is_double is NULL");
-    refused(gbg_trajectory_is_hard(t, NULL), GBG_E_ARGUMENT, "is_hard is NULL");
+    made_refused(context, gbg_trajectory_positions(t, 2, 3, r, r, r, 1), GBG_E_ARGUMENT,
+                 "frame is 2");
+    made_refused(context, gbg_trajectory_positions(t, -1, 3, r, r, r, 1), GBG_E_ARGUMENT,
+                 "frame is -1");
+    made_refused(context, gbg_trajectory_positions(t, 0, 2, r, r, r, 1), GBG_E_SPACE, "n is 2");
+    made_refused(context, gbg_trajectory_positions(t, 0, 3, NULL, r, r, 1), GBG_E_ARGUMENT,
+                 "x is NULL");
+    made_refused(context, gbg_trajectory_positions(t, 0, 3, r, NULL, r, 1), GBG_E_ARGUMENT,
+                 "y is NULL");
+    made_refused(context, gbg_trajectory_positions(t, 0, 3, r, r, NULL, 1), GBG_E_ARGUMENT,
+                 "z is NULL");
+    made_refused(context, gbg_trajectory_positions(t, 0, 3, r, r, r, 0), GBG_E_ARGUMENT,
+                 "step is 0");
+    made_refused(context, gbg_trajectory_images(t, 0, 3, k, k, k, 1), GBG_E_NAME,
+                 "no image counts");
+    made_refused(context, gbg_trajectory_overlapped(t, 0, 3, k), GBG_E_NAME, "no overlap flags");
+    made_refused(context, gbg_trajectory_species(t, 3, k, 2), GBG_E_ARGUMENT, "base is 2");
+    made_refused(context, gbg_trajectory_species(t, 2, k, 0), GBG_E_SPACE, "n is 2");
+    made_refused(context, gbg_trajectory_diameters(t, 3, NULL), GBG_E_ARGUMENT,
+                 "diameters is NULL");
+    made_refused(context, gbg_trajectory_species_name(t, 1, 2, name), GBG_E_ARGUMENT,
+                 "species is 1");
+    made_refused(context, gbg_trajectory_species_name(t, 0, 1, name), GBG_E_SPACE, "needs 2");
+    made_refused(context, gbg_trajectory_frame(t, 7, r, NULL, NULL, NULL), GBG_E_ARGUMENT,
+                 "frame is 7");
+    made_refused(context, gbg_trajectory_is_double(t, NULL), GBG_E_ARGUMENT, "is_double is NULL");
+    made_refused(context, gbg_trajectory_is_hard(t, NULL), GBG_E_ARGUMENT, "is_hard is NULL");
     assert_int_equal(gbg_trajectory_size(NULL, NULL, NULL, NULL, NULL), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_positions(NULL, 0, 3, r, r, r, 1), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_open(NULL, path, &other), GBG_E_ARGUMENT);
@@ -394,10 +396,12 @@ static void trajectories_are_starts(void **state)
         gbg_scene_destroy(&scene);
     }
     struct gbg_scene *scene = scene_from(path, 2, 2);
-    refused(gbg_io_read_start(scene), GBG_E_SCENE, "frame 2 was asked for, and it has 2");
+    made_refused(context, gbg_io_read_start(scene), GBG_E_SCENE,
+                 "frame 2 was asked for, and it has 2");
     gbg_scene_destroy(&scene);
     scene = scene_from(path, 0, 1);
-    refused(gbg_io_read_start(scene), GBG_E_SCENE, "species 2 (B), which the scene with its 1");
+    made_refused(context, gbg_io_read_start(scene), GBG_E_SCENE,
+                 "species 2 (B), which the scene with its 1");
     assert_int_equal(scene->arrays.n, 0);
     gbg_scene_destroy(&scene);
     scene = scene_from(path, 0, 2);
@@ -447,17 +451,6 @@ static void damaged_files_get_an_answer(void **state)
     unlink(path);
 }
 
-static int start(void **state)
-{
-    return gbg_context_create("cpu:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -470,5 +463,5 @@ int main(void)
         cmocka_unit_test(trajectories_are_starts),
         cmocka_unit_test(damaged_files_get_an_answer),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "cpu:threads=1", &context);
 }

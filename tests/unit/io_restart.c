@@ -1,34 +1,12 @@
 /* Tests of restart files: bit for bit, and no damage goes unnoticed. */
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 
 #include "core/memory.h"
 #include "io_made.h"
 
 static const struct made standard = {2, 11, "double", 1, 0, 1, 3};
 static struct gbg_context *context;
-
-static void refused(int status, int expected, const char *words)
-{
-    if (status != expected || !strstr(gbg_message(context), words)) {
-        fail_msg("%s instead of %s with \"%s\": %s", gbg_status_name(status),
-                 gbg_status_name(expected), words, gbg_message(context));
-    }
-}
-
-static char *content(const char *path, size_t *bytes)
-{
-    struct stat about;
-    assert_int_equal(stat(path, &about), 0);
-    *bytes = (size_t)about.st_size;
-    char *data = malloc(*bytes);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fread(data, 1, *bytes, file), *bytes);
-    fclose(file);
-    return data;
-}
 
 static void put(const char *path, const char *data, size_t bytes)
 {
@@ -127,7 +105,7 @@ static void every_damaged_byte_is_noticed(void **state)
     made_set(engine, 77);
     made_good(context, gbg_engine_save(engine, path));
     made_good(context, gbg_engine_save(engine, path));
-    char *data = content(path, &bytes);
+    char *data = made_content(path, &bytes);
     assert_int_equal(bytes, head + 3 * (8 + 4 + 2 * (8 + 4)) + 32);
     made_set(engine, 78);
     hash_of(engine, before);
@@ -135,19 +113,19 @@ static void every_damaged_byte_is_noticed(void **state)
         for (size_t k = 0; k < sizeof flips; k++) {
             data[at] = (char)(data[at] ^ flips[k]);
             put(path, data, bytes);
-            refused(gbg_engine_load(engine, path), GBG_E_FORMAT, previous);
+            made_refused(context, gbg_engine_load(engine, path), GBG_E_FORMAT, previous);
             data[at] = (char)(data[at] ^ flips[k]);
         }
     }
     for (size_t length = 0; length < bytes; length++) {
         put(path, data, length);
-        refused(gbg_engine_load(engine, path), GBG_E_FORMAT, previous);
+        made_refused(context, gbg_engine_load(engine, path), GBG_E_FORMAT, previous);
     }
     char *longer = calloc(1, bytes + 40);
     memcpy(longer, data, bytes);
     for (size_t more = 1; more <= 40; more++) {
         put(path, longer, bytes + more);
-        refused(gbg_engine_load(engine, path), GBG_E_FORMAT, "length");
+        made_refused(context, gbg_engine_load(engine, path), GBG_E_FORMAT, "length");
     }
     hash_of(engine, after);
     assert_string_equal(before, after);
@@ -165,7 +143,7 @@ static void load_refused(const struct made *made, const char *path, int status, 
     char before[65], after[65];
     struct gbg_engine *engine = made_engine(context, made);
     hash_of(engine, before);
-    refused(gbg_engine_load(engine, path), status, words);
+    made_refused(context, gbg_engine_load(engine, path), status, words);
     hash_of(engine, after);
     assert_string_equal(before, after);
     gbg_engine_destroy(&engine);
@@ -207,10 +185,14 @@ static void bad_arguments_are_refused(void **state)
     struct gbg_engine *engine = made_engine(context, &standard);
     assert_int_equal(gbg_engine_save(NULL, "x"), GBG_E_ARGUMENT);
     assert_int_equal(gbg_engine_load(NULL, "x"), GBG_E_ARGUMENT);
-    refused(gbg_engine_save(engine, NULL), GBG_E_ARGUMENT, "gbg_engine_save: path is NULL");
-    refused(gbg_engine_load(engine, ""), GBG_E_ARGUMENT, "gbg_engine_load: path is empty");
-    refused(gbg_engine_save(engine, made_path("none/r")), GBG_E_FILE, "No such file or directory");
-    refused(gbg_engine_save(engine, made_directory), GBG_E_FILE, "not a regular file");
+    made_refused(context, gbg_engine_save(engine, NULL), GBG_E_ARGUMENT,
+                 "gbg_engine_save: path is NULL");
+    made_refused(context, gbg_engine_load(engine, ""), GBG_E_ARGUMENT,
+                 "gbg_engine_load: path is empty");
+    made_refused(context, gbg_engine_save(engine, made_path("none/r")), GBG_E_FILE,
+                 "No such file or directory");
+    made_refused(context, gbg_engine_save(engine, made_directory), GBG_E_FILE,
+                 "not a regular file");
     gbg_engine_destroy(&engine);
 }
 
@@ -233,7 +215,7 @@ static void a_failed_save_keeps_the_old_file(void **state)
         setrlimit(RLIMIT_FSIZE, &tight);
         int status = gbg_engine_save(engine, path);
         setrlimit(RLIMIT_FSIZE, &former);
-        refused(status, GBG_E_FILE, "File too large");
+        made_refused(context, status, GBG_E_FILE, "File too large");
     }
     for (int64_t n = 1; n < 3; n++) {
         gbg_memory_fail_after(n);
@@ -261,17 +243,6 @@ static void a_failed_save_keeps_the_old_file(void **state)
     unlink(previous);
 }
 
-static int start(void **state)
-{
-    return gbg_context_create("cpu:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -283,5 +254,5 @@ int main(void)
         cmocka_unit_test(bad_arguments_are_refused),
         cmocka_unit_test(a_failed_save_keeps_the_old_file),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "cpu:threads=1", &context);
 }

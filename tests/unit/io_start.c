@@ -228,17 +228,6 @@ static void failing_allocations(void **state)
     unlink(path);
 }
 
-static int start(void **state)
-{
-    return gbg_context_create("cpu:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -250,5 +239,5 @@ int main(void)
         cmocka_unit_test(starts_that_do_not_fit_are_refused),
         cmocka_unit_test(failing_allocations),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "cpu:threads=1", &context);
 }

@@ -2,7 +2,6 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 
 #include <netcdf.h>
 
@@ -13,45 +12,12 @@
 static const struct made standard = {2, 11, "double", 1, 1, 0, 0};
 static struct gbg_context *context;
 
-static void append_steps(struct gbg_trajectory *trajectory, struct gbg_engine *engine, int first,
-                         int last)
-{
-    for (int step = first; step <= last; step++) {
-        made_set(engine, step);
-        made_good(context, gbg_trajectory_append(trajectory, engine));
-    }
-}
-
 static void write_steps(struct gbg_engine *engine, const char *path, int first, int last)
 {
     struct gbg_trajectory *trajectory;
     made_good(context, gbg_trajectory_create(engine, path, &trajectory));
-    append_steps(trajectory, engine, first, last);
+    made_append(trajectory, engine, first, last);
     gbg_trajectory_destroy(&trajectory);
-}
-
-/* Content of a file; *bytes receives its length. */
-static char *content(const char *path, size_t *bytes)
-{
-    struct stat about;
-    assert_int_equal(stat(path, &about), 0);
-    *bytes = (size_t)about.st_size;
-    char *data = malloc(*bytes + 1);
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fread(data, 1, *bytes, file), *bytes);
-    fclose(file);
-    return data;
-}
-
-static int same_content(const char *a, const char *b)
-{
-    size_t na, nb;
-    char *da = content(a, &na), *db = content(b, &nb);
-    int same = na == nb && memcmp(da, db, na) == 0;
-    free(da);
-    free(db);
-    return same;
 }
 
 static void put_text(const char *path, const char *text)
@@ -82,14 +48,6 @@ static void frames_in(const char *path, int64_t expected)
     gbg_trajectory_destroy(&trajectory);
 }
 
-static void refused(int status, int expected, const char *words)
-{
-    if (status != expected || !strstr(gbg_message(context), words)) {
-        fail_msg("%s instead of %s with \"%s\": %s", gbg_status_name(status),
-                 gbg_status_name(expected), words, gbg_message(context));
-    }
-}
-
 static void the_old_file_stays_until_the_first_frame(void **state)
 {
     (void)state;
@@ -100,16 +58,16 @@ static void the_old_file_stays_until_the_first_frame(void **state)
     put_text(path, "precious");
     made_good(context, gbg_trajectory_create(engine, path, &trajectory));
     gbg_trajectory_destroy(&trajectory);
-    char *data = content(path, &bytes);
+    char *data = made_content(path, &bytes);
     assert_true(bytes == 8 && memcmp(data, "precious", 8) == 0);
     free(data);
     made_good(context, gbg_trajectory_create(engine, path, &trajectory));
-    data = content(path, &bytes);
+    data = made_content(path, &bytes);
     assert_true(bytes == 8 && memcmp(data, "precious", 8) == 0);
     free(data);
-    append_steps(trajectory, engine, 1, 1);
+    made_append(trajectory, engine, 1, 1);
     frames_in(path, 1);
-    append_steps(trajectory, engine, 2, 5);
+    made_append(trajectory, engine, 2, 5);
     frames_in(path, 5); /* while it is still being written */
     gbg_trajectory_destroy(&trajectory);
     frames_in(path, 5);
@@ -122,21 +80,23 @@ static void creating_is_refused(void **state)
     (void)state;
     struct gbg_trajectory *trajectory;
     struct gbg_engine *engine = made_engine(context, &standard);
-    refused(gbg_trajectory_create(engine, made_path("none/x.nc"), &trajectory), GBG_E_FILE,
-            "No such file or directory");
+    made_refused(context, gbg_trajectory_create(engine, made_path("none/x.nc"), &trajectory),
+                 GBG_E_FILE, "No such file or directory");
     assert_null(trajectory);
-    refused(gbg_trajectory_create(engine, made_directory, &trajectory), GBG_E_FILE,
-            "not a regular file");
-    refused(gbg_trajectory_create(engine, "", &trajectory), GBG_E_ARGUMENT, "path is empty");
-    refused(gbg_trajectory_create(engine, NULL, &trajectory), GBG_E_ARGUMENT, "path is NULL");
+    made_refused(context, gbg_trajectory_create(engine, made_directory, &trajectory), GBG_E_FILE,
+                 "not a regular file");
+    made_refused(context, gbg_trajectory_create(engine, "", &trajectory), GBG_E_ARGUMENT,
+                 "path is empty");
+    made_refused(context, gbg_trajectory_create(engine, NULL, &trajectory), GBG_E_ARGUMENT,
+                 "path is NULL");
     assert_int_equal(gbg_trajectory_create(NULL, "x", &trajectory), GBG_E_ARGUMENT);
     assert_int_equal(gbg_trajectory_create(engine, "x", NULL), GBG_E_ARGUMENT);
     gbg_engine_destroy(&engine);
     struct made empty = standard;
     empty.n = 0;
     engine = made_engine(context, &empty);
-    refused(gbg_trajectory_create(engine, made_path("0.nc"), &trajectory), GBG_E_SCENE,
-            "at least one particle");
+    made_refused(context, gbg_trajectory_create(engine, made_path("0.nc"), &trajectory),
+                 GBG_E_SCENE, "at least one particle");
     gbg_engine_destroy(&engine);
 }
 
@@ -149,27 +109,31 @@ static void appending_is_refused(void **state)
     struct gbg_engine *engine = made_engine(context, &standard), *wrong;
     const char *path = made_path("a.nc");
     made_good(context, gbg_trajectory_create(engine, path, &trajectory));
-    append_steps(trajectory, engine, 7, 7);
+    made_append(trajectory, engine, 7, 7);
     made_set(engine, 6);
-    refused(gbg_trajectory_append(trajectory, engine), GBG_E_ORDER, "already at step 7");
+    made_refused(context, gbg_trajectory_append(trajectory, engine), GBG_E_ORDER,
+                 "already at step 7");
     wrong = made_engine(context, &other);
-    refused(gbg_trajectory_append(trajectory, wrong), GBG_E_ARGUMENT, "12 particles");
+    made_refused(context, gbg_trajectory_append(trajectory, wrong), GBG_E_ARGUMENT, "12 particles");
     gbg_engine_destroy(&wrong);
     other = standard;
     other.overlap = 0;
     wrong = made_engine(context, &other);
     made_set(wrong, 8);
-    refused(gbg_trajectory_append(trajectory, wrong), GBG_E_ARGUMENT, "overlap flags");
+    made_refused(context, gbg_trajectory_append(trajectory, wrong), GBG_E_ARGUMENT,
+                 "overlap flags");
     gbg_engine_destroy(&wrong);
     assert_int_equal(gbg_trajectory_append(NULL, engine), GBG_E_ARGUMENT);
-    refused(gbg_trajectory_append(trajectory, NULL), GBG_E_ARGUMENT, "engine is NULL");
+    made_refused(context, gbg_trajectory_append(trajectory, NULL), GBG_E_ARGUMENT,
+                 "engine is NULL");
     double r;
-    refused(gbg_trajectory_diameters(trajectory, 11, &r), GBG_E_ORDER, "being written");
-    append_steps(trajectory, engine, 7, 8);
+    made_refused(context, gbg_trajectory_diameters(trajectory, 11, &r), GBG_E_ORDER,
+                 "being written");
+    made_append(trajectory, engine, 7, 8);
     gbg_trajectory_destroy(&trajectory);
     frames_in(path, 3);
     made_good(context, gbg_trajectory_open(context, path, &trajectory));
-    refused(gbg_trajectory_append(trajectory, engine), GBG_E_ORDER, "to be read");
+    made_refused(context, gbg_trajectory_append(trajectory, engine), GBG_E_ORDER, "to be read");
     gbg_trajectory_destroy(&trajectory);
     gbg_engine_destroy(&engine);
     unlink(path);
@@ -196,9 +160,9 @@ static void going_on_after_a_restart(void **state)
         made_good(context, gbg_trajectory_size(trajectory, &frames, NULL, NULL, NULL));
         assert_int_equal(frames, kept);
         frames_in(broken, kept);
-        append_steps(trajectory, engine, at < 7 ? at + 1 : 8, 9);
+        made_append(trajectory, engine, at < 7 ? at + 1 : 8, 9);
         gbg_trajectory_destroy(&trajectory);
-        assert_true(same_content(whole, broken));
+        made_same_content(whole, broken);
         unlink(broken);
     }
     unlink(whole);
@@ -210,7 +174,7 @@ static void continue_refused(const struct made *made, const char *path, int stat
 {
     struct gbg_trajectory *trajectory;
     struct gbg_engine *engine = made_engine(context, made);
-    refused(gbg_trajectory_continue(engine, path, &trajectory), status, words);
+    made_refused(context, gbg_trajectory_continue(engine, path, &trajectory), status, words);
     assert_null(trajectory);
     gbg_engine_destroy(&engine);
 }
@@ -235,7 +199,7 @@ static void going_on_is_refused(void **state)
     other.unwrapped = 0;
     continue_refused(&other, path, GBG_E_FORMAT, "images: yes");
     continue_refused(&standard, made_path("nothing.nc"), GBG_E_FILE, "No such file");
-    assert_true(same_content(path, copy));
+    made_same_content(path, copy);
     assert_int_equal(truncate(path, 3000), 0);
     continue_refused(&standard, path, GBG_E_FORMAT, "cut short");
     put_text(path, "abc");
@@ -256,12 +220,12 @@ static void a_full_disc_costs_no_frame(void **state)
     const char *path = made_path("full.nc"), *whole = made_path("whole.nc");
     size_t bytes, three;
     write_steps(engine, whole, 1, 3);
-    free(content(whole, &three));
+    free(made_content(whole, &three));
     write_steps(engine, whole, 1, 5);
     signal(SIGXFSZ, SIG_IGN);
     getrlimit(RLIMIT_FSIZE, &former);
     made_good(context, gbg_trajectory_create(engine, path, &trajectory));
-    append_steps(trajectory, engine, 1, 3);
+    made_append(trajectory, engine, 1, 3);
     for (rlim_t room = 0; room < 400; room += 57) {
         tight = former;
         tight.rlim_cur = three + room;
@@ -269,22 +233,22 @@ static void a_full_disc_costs_no_frame(void **state)
         setrlimit(RLIMIT_FSIZE, &tight);
         int status = gbg_trajectory_append(trajectory, engine);
         setrlimit(RLIMIT_FSIZE, &former);
-        refused(status, GBG_E_FILE, "File too large");
-        refused(status, GBG_E_FILE, path);
-        free(content(path, &bytes));
+        made_refused(context, status, GBG_E_FILE, "File too large");
+        made_refused(context, status, GBG_E_FILE, path);
+        free(made_content(path, &bytes));
         assert_int_equal(bytes, three);
         frames_in(path, 3);
     }
-    append_steps(trajectory, engine, 4, 5);
+    made_append(trajectory, engine, 4, 5);
     gbg_trajectory_destroy(&trajectory);
-    assert_true(same_content(path, whole));
+    made_same_content(path, whole);
     put_text(path, "old");
     tight.rlim_cur = 1000; /* not even the header has room */
     setrlimit(RLIMIT_FSIZE, &tight);
     int status = gbg_trajectory_create(engine, path, &trajectory);
     setrlimit(RLIMIT_FSIZE, &former);
-    refused(status, GBG_E_FILE, path);
-    free(content(path, &bytes));
+    made_refused(context, status, GBG_E_FILE, path);
+    free(made_content(path, &bytes));
     assert_int_equal(bytes, 3);
     unlink(path);
     unlink(whole);
@@ -301,9 +265,9 @@ static void frames_beyond_4_GiB(void **state)
     const char *path = made_path("large.nc");
     size_t one, two;
     write_steps(engine, path, 1, 1);
-    free(content(path, &one));
+    free(made_content(path, &one));
     write_steps(engine, path, 1, 2);
-    free(content(path, &two));
+    free(made_content(path, &two));
     int64_t record = (int64_t)(two - one), frames = 1000000;
     assert_int_equal(record, 8 + 4 + 8 + 9 * 8 + 3 * 512 * 8);
     unsigned char count[4] = {0x00, 0x0f, 0x42, 0x40};
@@ -317,7 +281,7 @@ static void frames_beyond_4_GiB(void **state)
     close(file);
     made_set(engine, 3);
     made_good(context, gbg_trajectory_continue(engine, path, &trajectory));
-    append_steps(trajectory, engine, 3, 4);
+    made_append(trajectory, engine, 3, 4);
     gbg_trajectory_destroy(&trajectory);
     double x[512], y[512], z[512];
     made_good(context, gbg_trajectory_open(context, path, &trajectory));
@@ -355,7 +319,7 @@ static void failing_allocations(void **state)
             assert_true((status == GBG_OK) == (trajectory != NULL));
             failures += status != GBG_OK;
             if (status == GBG_OK && call == 0) {
-                append_steps(trajectory, engine, 1, 3);
+                made_append(trajectory, engine, 1, 3);
             }
             gbg_trajectory_destroy(&trajectory);
         } while (status != GBG_OK);
@@ -364,17 +328,6 @@ static void failing_allocations(void **state)
     frames_in(path, 2);
     gbg_engine_destroy(&engine);
     unlink(path);
-}
-
-static int start(void **state)
-{
-    return gbg_context_create("cpu:threads=1", &context) == GBG_OK ? made_start(state) : -1;
-}
-
-static int stop(void **state)
-{
-    gbg_context_destroy(&context);
-    return made_stop(state);
 }
 
 int main(void)
@@ -389,5 +342,5 @@ int main(void)
         cmocka_unit_test(frames_beyond_4_GiB),
         cmocka_unit_test(failing_allocations),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return made_run(tests, "cpu:threads=1", &context);
 }
