@@ -133,11 +133,11 @@ static __device__ __forceinline__ void add_block(const struct gbg_strict &s, con
     }
 }
 
-template <int dimension, int law>
-static __global__ void __launch_bounds__(THREADS)
-    all_pairs(const __grid_constant__ struct gbg_strict s, const __grid_constant__ struct packed p)
+/* The field of this thread's target from the spans of its segment: add(own, first, last, total)
+ * adds the sources of a span to its total. */
+template <int dimension, typename Add>
+static __device__ __forceinline__ void sum_spans(const struct packed &p, Add add)
 {
-    __shared__ int4 tile[THREADS];
     int64_t i = gbg_cuda_index(), segment = blockIdx.y; /* i < padded: blocks are full */
     int64_t begin = p.segments > 1 ? segment : 0, end = p.segments > 1 ? segment + 1 : p.spans;
     uint64_t own[dimension];
@@ -148,15 +148,8 @@ static __global__ void __launch_bounds__(THREADS)
     for (int64_t span = begin; span < end; span++) {
         double total[dimension] = {};
         int64_t first = span * GBG_STRICT_SPAN;
-        int64_t last = first + GBG_STRICT_SPAN < p.padded ? first + GBG_STRICT_SPAN : p.padded;
-        for (; first < last; first += THREADS) {
-            tile[threadIdx.x] = p.source[first + threadIdx.x];
-            __syncthreads();
-            for (int k = 0; k < THREADS; k += GBG_STRICT_BLOCK) {
-                add_block<dimension, law>(s, p, own, tile + k, first + k, total);
-            }
-            __syncthreads();
-        }
+        add(own, first, first + GBG_STRICT_SPAN < p.padded ? first + GBG_STRICT_SPAN : p.padded,
+            total);
         for (int a = 0; a < dimension; a++) {
             field[a] = vd_add(field[a], total[a]);
         }
@@ -166,33 +159,34 @@ static __global__ void __launch_bounds__(THREADS)
     }
 }
 
+template <int dimension, int law>
+static __global__ void __launch_bounds__(THREADS)
+    all_pairs(const __grid_constant__ struct gbg_strict s, const __grid_constant__ struct packed p)
+{
+    __shared__ int4 tile[THREADS];
+    sum_spans<dimension>(p, [&](const uint64_t *own, int64_t first, int64_t last, double *total) {
+        for (; first < last; first += THREADS) {
+            tile[threadIdx.x] = p.source[first + threadIdx.x];
+            __syncthreads();
+            for (int k = 0; k < THREADS; k += GBG_STRICT_BLOCK) {
+                add_block<dimension, law>(s, p, own, tile + k, first + k, total);
+            }
+            __syncthreads();
+        }
+    });
+}
+
 /* The same, every pair in double precision. */
 template <int dimension>
 static __global__ void __launch_bounds__(THREADS)
     all_pairs_fine(const __grid_constant__ struct gbg_strict s,
                    const __grid_constant__ struct packed p)
 {
-    int64_t i = gbg_cuda_index(), segment = blockIdx.y;
-    int64_t begin = p.segments > 1 ? segment : 0, end = p.segments > 1 ? segment + 1 : p.spans;
-    uint64_t own[dimension];
-    double field[dimension] = {};
-    for (int a = 0; a < dimension; a++) {
-        own[a] = p.position[a][i];
-    }
-    for (int64_t span = begin; span < end; span++) {
-        double total[dimension] = {};
-        int64_t first = span * GBG_STRICT_SPAN;
-        int64_t last = first + GBG_STRICT_SPAN < p.padded ? first + GBG_STRICT_SPAN : p.padded;
+    sum_spans<dimension>(p, [&](const uint64_t *own, int64_t first, int64_t last, double *total) {
         for (int64_t k = first; k < last; k++) {
             add_fine<dimension>(s, p, own, k, total);
         }
-        for (int a = 0; a < dimension; a++) {
-            field[a] = vd_add(field[a], total[a]);
-        }
-    }
-    for (int a = 0; a < dimension; a++) {
-        p.partial[(segment * dimension + a) * p.padded + i] = field[a];
-    }
+    });
 }
 
 static __global__ void finish(const __grid_constant__ struct gbg_state state,

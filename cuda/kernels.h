@@ -29,14 +29,13 @@ int gbg_cuda_direct_targets(struct gbg_device *device, struct gbg_state *state, 
                             double cutoff, int64_t n_targets, const int32_t *target,
                             double *const *out);
 /* Design 0 (tiles in shared memory) or 1 (warp shuffle) of Carter (2016), for the benchmark. */
-extern "C" int gbg_cuda_direct_published(struct gbg_device *device, struct gbg_state *state,
-                                         double power, int design);
-/* The two mixed sums by name, for tests and the benchmark: every target by itself; every pair once
- * for both (power 1 .. 6). */
-extern "C" int gbg_cuda_direct_simple(struct gbg_device *device, struct gbg_state *state,
-                                      double power, int add);
-extern "C" int gbg_cuda_direct_symmetric(struct gbg_device *device, struct gbg_state *state,
-                                         double power, int add);
+int gbg_cuda_direct_published(struct gbg_device *device, struct gbg_state *state, double power,
+                              int design);
+/* The two mixed sums: every target by itself; every pair once for both (power 1 .. 6). */
+int gbg_cuda_direct_simple(struct gbg_device *device, struct gbg_state *state, double power,
+                           int add);
+int gbg_cuda_direct_symmetric(struct gbg_device *device, struct gbg_state *state, double power,
+                              int add);
 int gbg_cuda_cutoff_mixed(struct gbg_device *device, struct gbg_state *state,
                           const struct gbg_list *list, double power, double cutoff, int add);
 int gbg_cuda_cutoff_double(struct gbg_device *device, struct gbg_state *state,

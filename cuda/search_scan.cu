@@ -98,17 +98,42 @@ static __device__ __forceinline__ void visit_cells(const struct gbg_search_frame
     }
 }
 
+/* The row of particle i, which `look` finds candidates for and says how many; every thread of a
+ * block calls it once, those without a particle to no effect. */
+template <bool FILL, typename Look>
+static __device__ __forceinline__ void
+scan_row(const struct gbg_search &search, const struct gbg_cuda_rows &rows, int64_t i, Look look)
+{
+    unsigned long long looked = 0;
+    unsigned found = 0;
+    if (gbg_cuda_index() < search.frame.n) {
+        growing<FILL> row(rows, i);
+        looked = look(row);
+        found = row.found;
+        if (!FILL) {
+            rows.offset[i] = found;
+        }
+    }
+    if (!FILL) {
+        tally(search.totals, looked, found);
+    }
+}
+
+/* The particle of this thread in the order of cells. */
+static __device__ __forceinline__ uint4 own_place(const struct gbg_search &search)
+{
+    int64_t slot = gbg_cuda_index();
+    return slot < search.frame.n ? search.place[slot] : make_uint4(0, 0, 0, 0);
+}
+
 template <int D, bool FILL>
 static __global__ void scan_sorted(const __grid_constant__ struct gbg_search search,
                                    const __grid_constant__ struct gbg_cuda_rows rows)
 {
-    int64_t slot = gbg_cuda_index();
-    unsigned long long looked = 0;
-    unsigned found = 0;
-    if (slot < search.frame.n) {
-        const uint4 *place = search.place;
-        const uint4 own = place[slot];
-        growing<FILL> row(rows, own.w);
+    const int64_t slot = gbg_cuda_index();
+    const uint4 *place = search.place, own = own_place(search);
+    scan_row<FILL>(search, rows, own.w, [&](growing<FILL> &row) {
+        unsigned long long looked = 0;
         visit_cells<D>(search.frame, search.key_sorted[slot],
                        [&](int64_t line, int64_t begin, int64_t end) {
                            int32_t from = search.first[(line + begin) << search.frame.sub];
@@ -121,27 +146,18 @@ static __global__ void scan_sorted(const __grid_constant__ struct gbg_search sea
                                }
                            }
                        });
-        looked--; /* without itself */
-        found = row.found;
-        if (!FILL) {
-            rows.offset[own.w] = found;
-        }
-    }
-    if (!FILL) {
-        tally(search.totals, looked, found);
-    }
+        return looked - 1; /* without itself */
+    });
 }
 
 template <int D, bool FILL>
 static __global__ void scan_occupied(const __grid_constant__ struct gbg_search search,
                                      const __grid_constant__ struct gbg_cuda_rows rows)
 {
-    int64_t i = gbg_cuda_index();
-    unsigned long long looked = 0;
-    unsigned found = 0;
-    if (i < search.frame.n) {
-        const uint4 own = search.place[i];
-        growing<FILL> row(rows, i);
+    const int64_t i = gbg_cuda_index();
+    const uint4 own = own_place(search);
+    scan_row<FILL>(search, rows, i, [&](growing<FILL> &row) {
+        unsigned long long looked = 0;
         visit_cells<D>(search.frame, search.key[i], [&](int64_t line, int64_t begin, int64_t end) {
             for (int64_t cell = line + begin; cell < line + end; cell++) {
                 int32_t j = __ldg(&search.first[cell]);
@@ -154,14 +170,8 @@ static __global__ void scan_occupied(const __grid_constant__ struct gbg_search s
                 }
             }
         });
-        found = row.found;
-        if (!FILL) {
-            rows.offset[i] = found;
-        }
-    }
-    if (!FILL) {
-        tally(search.totals, looked, found);
-    }
+        return looked;
+    });
 }
 
 /* Every pair by the rule itself. */
@@ -169,11 +179,9 @@ template <int D, bool FILL>
 static __global__ void scan_brute(const __grid_constant__ struct gbg_search search,
                                   const __grid_constant__ struct gbg_cuda_rows rows)
 {
-    int64_t i = gbg_cuda_index(), n = search.frame.n;
-    unsigned found = 0;
-    if (i < n) {
+    const int64_t i = gbg_cuda_index(), n = search.frame.n;
+    scan_row<FILL>(search, rows, i, [&](growing<FILL> &row) {
         uint64_t own[D];
-        growing<FILL> row(rows, i);
         for (int a = 0; a < D; a++) {
             own[a] = search.fraction[a][i];
         }
@@ -189,14 +197,8 @@ static __global__ void scan_brute(const __grid_constant__ struct gbg_search sear
                 row.take((uint32_t)j);
             }
         }
-        found = row.found;
-        if (!FILL) {
-            rows.offset[i] = found;
-        }
-    }
-    if (!FILL) {
-        tally(search.totals, i < n ? (unsigned long long)(n - 1) : 0, found);
-    }
+        return (unsigned long long)(n - 1);
+    });
 }
 
 /* Rows of the list hold slots in ascending order of their particles. */
@@ -204,28 +206,19 @@ template <int D, bool FILL>
 static __global__ void scan_list(const __grid_constant__ struct gbg_search search,
                                  const __grid_constant__ struct gbg_cuda_rows rows)
 {
-    int64_t slot = gbg_cuda_index();
-    unsigned long long looked = 0;
-    unsigned found = 0;
-    if (slot < search.frame.n) {
-        const uint4 own = search.place[slot];
-        const int32_t *listed = search.list.index + search.list.offset[own.w];
-        growing<FILL> row(rows, own.w);
-        looked = (unsigned long long)(search.list.offset[own.w + 1] - search.list.offset[own.w]);
+    const uint4 own = own_place(search);
+    scan_row<FILL>(search, rows, own.w, [&](growing<FILL> &row) {
+        const int64_t *offset = search.list.offset + own.w;
+        const int32_t *listed = search.list.index + offset[0];
+        const unsigned long long looked = (unsigned long long)(offset[1] - offset[0]);
         for (unsigned k = 0; k < looked; k++) {
             const uint4 other = __ldg(&search.place[listed[k]]);
             if (is_pair<D>(search, own, other)) {
                 row.take(other.w);
             }
         }
-        found = row.found;
-        if (!FILL) {
-            rows.offset[own.w] = found;
-        }
-    }
-    if (!FILL) {
-        tally(search.totals, looked, found);
-    }
+        return looked;
+    });
 }
 
 /* A thread for each particle: the kernel for the dimension, to count or to fill in. */

@@ -312,6 +312,119 @@ static void weak_sources_are_not_lost(void **state)
     }
 }
 
+/* --- sums over all pairs of many particles, which have kernels of their own ------------------- */
+
+enum { SAMPLE = 100 };
+
+struct many {
+    int dimension, equal; /* equal: all strengths are */
+    int64_t n;
+    int power;
+    const double *length;
+    double *position, *alpha, *mobility, *force[2]; /* blocked by axes */
+};
+
+static void make_many(struct many *m)
+{
+    int64_t n = m->n;
+    double *room = malloc((size_t)(11 * n) * sizeof *room);
+    assert_non_null(room);
+    m->position = room;
+    m->alpha = room + 3 * n;
+    m->mobility = room + 4 * n;
+    m->force[0] = room + 5 * n;
+    m->force[1] = room + 8 * n;
+    for (int64_t i = 0; i < n; i++) {
+        for (int a = 0; a < m->dimension; a++) {
+            m->position[a * n + i] = m->length[a] * made_uniform((uint64_t)(4 * i + a));
+        }
+        m->alpha[i] = m->equal ? 0.7 : made_uniform((uint64_t)(4 * i + 3)) - 0.3;
+        m->mobility[i] = made_uniform((uint64_t)(i + 2000000)) - 0.6;
+    }
+}
+
+static void sum_many(const struct many *m, const char *backend, double *force)
+{
+    struct gbg_context *context = made_context(backend);
+    int64_t n = m->n;
+    int deep = m->dimension == 3;
+    const double *x = m->position;
+    int status = gbg_pair_forces(context, m->dimension, m->length, m->power, 0.0, "mixed", n, x,
+                                 x + n, deep ? x + 2 * n : NULL, 1, m->alpha, m->mobility, force,
+                                 force + n, deep ? force + 2 * n : NULL, 1);
+    if (status != GBG_OK) {
+        fail_msg("%s", gbg_message(context));
+    }
+    gbg_context_destroy(&context);
+}
+
+/* A plain double loop for one particle; returns the sum of the sizes of terms. */
+static double sum_plainly(const struct many *m, int64_t i, double sum[3])
+{
+    double sizes = 0.0;
+    sum[0] = sum[1] = sum[2] = 0.0;
+    for (int64_t k = 0; k < m->n; k++) {
+        double r[3], squared = 0.0, weight = k == i ? 0.0 : m->alpha[k] * m->mobility[i];
+        for (int a = 0; a < m->dimension; a++) {
+            r[a] = m->position[a * m->n + i] - m->position[a * m->n + k];
+            r[a] -= m->length[a] * rint(r[a] / m->length[a]);
+            squared += r[a] * r[a];
+        }
+        double inverse = k == i ? 0.0 : 1.0 / sqrt(squared);
+        for (int p = 0; p <= m->power; p++) {
+            weight *= inverse;
+        }
+        for (int a = 0; a < m->dimension; a++) {
+            sum[a] += weight * r[a];
+        }
+        sizes += fabs(weight) * sqrt(squared);
+    }
+    return sizes;
+}
+
+/* Against the RMS, which a close pair may make large, and every particle against the sum of the
+ * sizes of its terms: distances are good to 8 x 2^-24 (direct_symmetric.cu), so r^-7 to 4e-6. */
+static void compare_many(int dimension, int64_t n, int power, int equal)
+{
+    struct many m = {dimension, equal, n, power, equal ? OBLONG : SQUARE, 0, 0, 0, {0, 0}};
+    double error = 0.0, size = 0.0, worst = 0.0;
+    make_many(&m);
+    sum_many(&m, "cuda:0", m.force[0]);
+    sum_many(&m, "cuda:0", m.force[1]);
+    assert_memory_equal(m.force[0], m.force[1], (size_t)(n * dimension) * sizeof(double));
+    for (int64_t t = 0; t < SAMPLE; t++) {
+        double sum[3], squared = 0.0;
+        int64_t i = (n - 1) * t / (SAMPLE - 1);
+        double sizes = sum_plainly(&m, i, sum);
+        for (int a = 0; a < dimension; a++) {
+            squared += pow(m.force[0][a * n + i] - sum[a], 2.0);
+            size += sum[a] * sum[a];
+        }
+        error += squared;
+        worst = fmax(worst, sqrt(squared) / sizes);
+    }
+    print_message("%dD, N = %lld, power %d, strengths %s: RMS(dF)/RMS(F) %.2e, of terms %.2e\n",
+                  dimension, (long long)n, power, equal ? "equal" : "of their own",
+                  sqrt(error / size), worst);
+    assert_true(size > 0.0 && sqrt(error / size) < 1e-6 && worst < 5e-6);
+    free(m.position);
+}
+
+/* From 2^17 on blocks are twice as large; 300001 take two passes and an odd number of blocks, 2^17
+ * fill an even number. */
+static void sums_of_many_are_right(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 4; c++) {
+        int dimension = 2 + c % 2, equal = c / 2;
+        for (int power = 1; power <= 6; power++) {
+            compare_many(dimension, 1 << 17, power, equal);
+        }
+        compare_many(dimension, 20000, 2, equal);
+        compare_many(dimension, 300001, 2, equal);
+    }
+}
+
 struct run {
     int dimension, m, steps, n_species, n_forces;
     double power[2], spacing;
@@ -410,6 +523,7 @@ int main(void)
         cmocka_unit_test(clusters_keep_their_precision),
         cmocka_unit_test(nearest_images_follow_from_all_bits),
         cmocka_unit_test(weak_sources_are_not_lost),
+        cmocka_unit_test(sums_of_many_are_right),
         cmocka_unit_test(reference_sums_are_the_same),
         cmocka_unit_test(long_range_runs_are_the_same),
     };
