@@ -72,6 +72,6 @@ measure "C3 bridge" 3000 "$count" . short-range "C3 short, rule bridge" "$@"
 measure "S10 list" 0 "$count" 'find_cells|lay_out|find_rows|sort_rows|sift_rows|count_wide|fill_wide|sort_wide|invert|remember' short-range "S10, no hard" "$@"
 # Sums over all pairs: the symmetric one, which takes seconds under the profiler, a launch at a time.
 measure "all pairs" 0 8 all_pairs carter2016 "our sum" "$@"
-measure "all pairs, the rest" 0 "$count" 'make_keys|gather|bound_chunks|collect|put' carter2016 "our sum" "$@"
+measure "all pairs, the rest" 0 "$count" 'make_keys|gather|collect' carter2016 "our sum" "$@"
 measure "neighbours 2D" 0 "$count" . neighbours "2D auto" "$@"
 exit $failed

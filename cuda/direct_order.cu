@@ -113,7 +113,6 @@ static __global__ void gather(const __grid_constant__ struct gbg_state state,
         uint32_t high = state.high[a][i], middle, extent;
         s.high[a][p] = high;
         s.low[a][p] = state.low[a][i];
-        s.field[a][p] = 0.0;
         gbg_cuda_interval<1>(&high, &middle, &extent);
         if (p % 32 == 0) {
             s.middle[a][p / 32] = middle;
@@ -133,6 +132,16 @@ static int lowest_bit(int64_t n, int dimension)
     return useful < bits ? 32 + bits - useful : 32;
 }
 
+/* Bits of a key up to the highest that any has. */
+static int highest_bit(const struct gbg_state *state)
+{
+    int kinds = 0;
+    while (state->species && 1 << kinds < state->n_species) {
+        kinds++;
+    }
+    return 32 + BITS + kinds;
+}
+
 int gbg_cuda_symmetric_sort(struct gbg_device *device, const struct gbg_state *state,
                             const struct gbg_cuda_symmetric *s)
 {
@@ -141,9 +150,9 @@ int gbg_cuda_symmetric_sort(struct gbg_device *device, const struct gbg_state *s
     (dimension == 2 ? make_keys<2>
                     : make_keys<3>)<<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, *s);
     size_t bytes = s->scratch_bytes;
-    cudaError_t error = cub::DeviceRadixSort::SortPairs(
-        s->scratch, bytes, s->key[0], s->key[1], s->index, s->order, s->n, lowest,
-        state->species ? 64 : 32 + BITS, device->stream);
+    cudaError_t error =
+        cub::DeviceRadixSort::SortPairs(s->scratch, bytes, s->key[0], s->key[1], s->index, s->order,
+                                        s->n, lowest, highest_bit(state), device->stream);
     gather<<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, *s);
     int status = gbg_cuda_status(device, error, "sorting particles");
     return status ? status : gbg_cuda_started(device, "direct sum, order");

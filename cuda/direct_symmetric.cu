@@ -50,6 +50,12 @@ template <int dimension, int each> struct group {
     float common; /* strength of all particles, or NaN */
 };
 
+/* What is made of the fields in the end. */
+struct result {
+    double factor;
+    int add, last; /* last: this pass is, and gives the forces */
+};
+
 /* Sources of a lane, and what they collect (less its sign). */
 template <int dimension> struct source {
     float x[dimension], alpha, sum[dimension];
@@ -421,22 +427,23 @@ static __global__ void __launch_bounds__(THREADS, 4)
 }
 
 /* Adds the rows of a pass on axis blockIdx.y: as a source of each of its blocks, in their order,
- * and as a target. */
-static __global__ void collect(const __grid_constant__ struct gbg_cuda_symmetric s, int64_t pass,
-                               int64_t count)
+ * and as a target. The last pass gives the forces, so that small sums need no kernel more. */
+static __global__ void collect(const __grid_constant__ struct gbg_state state,
+                               const __grid_constant__ struct gbg_cuda_symmetric s, int64_t pass,
+                               int count, struct result result)
 {
     int64_t p = gbg_cuda_index();
     if (p >= s.padded) {
         return;
     }
-    const int a = (int)blockIdx.y;
-    int64_t mine = p / s.block, inside = p % s.block, begin = pass * s.batch;
-    double field = s.field[a][p];
+    const int a = (int)blockIdx.y, blocks = (int)s.blocks, begin = (int)(pass * s.batch);
+    const int mine = (int)(p / s.block), inside = (int)(p % s.block);
+    double field = pass > 0 ? s.field[a][p] : 0.0;
 #pragma unroll 8
-    for (int64_t b = 0; b < count; b++) {
-        int64_t block = begin + b, distance = mine - block + (mine < block ? s.blocks : 0);
-        bool met = distance > 0 && distance < s.reach &&
-                   !(2 * distance == s.blocks && 2 * block >= s.blocks);
+    for (int b = 0; b < count; b++) {
+        int block = begin + b, distance = mine - block + (mine < block ? blocks : 0);
+        bool met =
+            distance > 0 && distance < s.reach && !(2 * distance == blocks && 2 * block >= blocks);
         int64_t place = (b * s.reach + (met ? distance : 0)) * s.block + inside;
         float got = s.row[a][place]; /* there always is one: loads need not wait for each other */
         field -= met ? (double)got : 0.0;
@@ -448,21 +455,15 @@ static __global__ void collect(const __grid_constant__ struct gbg_cuda_symmetric
             field += own[k * s.block];
         }
     }
-    s.field[a][p] = field;
-}
-
-static __global__ void put(const __grid_constant__ struct gbg_state state,
-                           const __grid_constant__ struct gbg_cuda_symmetric s, double factor,
-                           int add)
-{
-    int64_t p = gbg_cuda_index();
+    if (!result.last) {
+        s.field[a][p] = field;
+        return;
+    }
     int64_t i = p < s.n ? s.order[p] : state.owned;
     if (i < state.owned) {
-        double mobility = state.mobility[state.species ? state.species[i] : 0] * factor;
-        for (int a = 0; a < state.box.dimension; a++) {
-            double force = mobility * s.field[a][p], *target = &state.force[a][i];
-            *target = add ? *target + force : force;
-        }
+        double mobility = state.mobility[state.species ? state.species[i] : 0] * result.factor;
+        double force = mobility * field, *target = &state.force[a][i];
+        *target = result.add ? *target + force : force;
     }
 }
 
@@ -478,9 +479,10 @@ template <int dimension, int each> static kernel choose(int whole)
                         : all_pairs<dimension, 6, each>;
 }
 
-static int sum(struct gbg_device *device, int dimension, const struct gbg_cuda_symmetric *s,
-               int whole)
+static int sum(struct gbg_device *device, const struct gbg_state *state,
+               const struct gbg_cuda_symmetric *s, int whole, struct result result)
 {
+    int dimension = state->box.dimension;
     kernel chosen = dimension == 2 ? (s->each == 4 ? choose<2, 4>(whole) : choose<2, 8>(whole))
                                    : (s->each == 4 ? choose<3, 4>(whole) : choose<3, 8>(whole));
     for (int64_t pass = 0; pass * s->batch < s->blocks; pass++) {
@@ -488,7 +490,9 @@ static int sum(struct gbg_device *device, int dimension, const struct gbg_cuda_s
         dim3 units((unsigned)count, (unsigned)s->splits);
         chosen<<<units, THREADS, 0, device->stream>>>(*s, pass);
         dim3 rows(gbg_cuda_blocks(s->padded), (unsigned)dimension);
-        collect<<<rows, GBG_CUDA_THREADS, 0, device->stream>>>(*s, pass, count);
+        result.last = left <= s->batch;
+        collect<<<rows, GBG_CUDA_THREADS, 0, device->stream>>>(*state, *s, pass, (int)count,
+                                                               result);
     }
     return gbg_cuda_started(device, "direct sum, symmetric");
 }
@@ -515,11 +519,6 @@ int gbg_cuda_direct_symmetric(struct gbg_device *device, struct gbg_state *state
     }
     s.strength = direct.strength;
     status = gbg_cuda_symmetric_sort(device, state, &s);
-    status = status ? status : sum(device, state->box.dimension, &s, direct.whole);
-    if (status == GBG_OK) {
-        put<<<gbg_cuda_blocks(s.n), GBG_CUDA_THREADS, 0, device->stream>>>(*state, s, direct.factor,
-                                                                           add);
-        status = gbg_cuda_started(device, "direct sum, forces");
-    }
-    return status;
+    struct result result = {direct.factor, add, 0};
+    return status ? status : sum(device, state, &s, direct.whole, result);
 }
