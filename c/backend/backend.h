@@ -202,6 +202,9 @@ struct gbg_kernels {
     double skin_drifts;
     int64_t (*list_builds)(const struct gbg_list *list);
     double (*list_bytes)(const struct gbg_list *list);
+    /* 0: there are no rows, for lack of memory, and each force finds its neighbours anew; NULL:
+     * lists always have rows. */
+    int (*list_is_kept)(const struct gbg_list *list);
     /* How far apart in memory the neighbours of a list stand: cache lines fetched for a row over
      * its particles, in a sample: 1 at random, about 0.1 in good order; 0 if all fit near the
      * processor. Decided by the list alone, whatever the threads. */
