@@ -238,12 +238,8 @@ static void print_extra(const struct gbg_bench_result *result)
     printf("\n");
 }
 
-int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
+static int add_line(struct gbg_bench *bench, const struct gbg_bench_result *result)
 {
-    const char *only = bench->options->only;
-    if (only && !strstr(result->what, only)) { /* of a case that cannot leave it out before */
-        return GBG_OK;
-    }
     if (bench->n_results == bench->capacity) {
         int capacity = 2 * bench->capacity + 8;
         struct gbg_bench_result *more = realloc(bench->result, (size_t)capacity * sizeof *more);
@@ -371,6 +367,17 @@ static int write_file(const struct gbg_bench *bench)
     gbg_file_abandon(temporary);
     fprintf(stderr, "gamboge bench: %s could not be written\n", path);
     return GBG_E_FILE;
+}
+
+/* The file is whole after each line: a case that takes long may be stopped by its time limit. */
+int gbg_bench_report(struct gbg_bench *bench, const struct gbg_bench_result *result)
+{
+    const char *only = bench->options->only;
+    if (only && !strstr(result->what, only)) { /* of a case that cannot leave it out before */
+        return GBG_OK;
+    }
+    int status = add_line(bench, result);
+    return status || !bench->options->json ? status : write_file(bench);
 }
 
 static int list_cases(void)

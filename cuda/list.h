@@ -59,10 +59,6 @@ int gbg_cuda_invert_ranks(struct gbg_device *device, const struct gbg_state *sta
                           int32_t *of_rank);
 /* Builds at the present positions, whatever the displacements. */
 int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list);
-/* The same for the lists of forces and of contacts of an engine, either of which may be NULL: the
- * second is sifted out of the first if that is the longer. */
-int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,
-                         struct gbg_list *contacts);
 /* Of the rooms that own them. */
 void gbg_cuda_contacts_release(struct gbg_device *device, struct gbg_list *list);
 void gbg_cuda_bridge_release(struct gbg_device *device, struct gbg_list *list);

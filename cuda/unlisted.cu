@@ -26,8 +26,8 @@ static int cells_serve(const struct gbg_state *state, const struct gbg_list *lis
 {
     int cells[3];
     double radius = cell_radius(list);
-    if (state->owned == 0 || state->ghost > 0 || state->start_high[0]) {
-        return 0;
+    if (state->owned == 0 || state->ghost > 0 || !state->force[0] || state->start_high[0]) {
+        return 0; /* contacts need rows */
     }
     gbg_grid_choose(&state->box, radius, state->owned, cells);
     for (int a = 0; a < state->box.dimension; a++) {

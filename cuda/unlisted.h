@@ -25,16 +25,6 @@ struct gbg_cuda_unlisted {
  * the scene can do without: one without hard cores, dense enough for cells of about the reach. */
 int gbg_cuda_unlisted_wanted(struct gbg_device *device, const struct gbg_state *state,
                              const struct gbg_list *list);
-/* Gives the rows of a list back: from now on it has none. GBG_E_MEMORY, and nothing is changed, if
- * the scene cannot do without; the sentence is that of before. */
-#ifdef __cplusplus
-extern "C" {
-#endif
-int gbg_cuda_list_unlist(struct gbg_device *device, const struct gbg_state *state,
-                         struct gbg_list *list);
-#ifdef __cplusplus
-}
-#endif
 
 /* As gbg_cuda_list_update, which calls it. */
 int gbg_cuda_unlisted_update(struct gbg_device *device, struct gbg_state *state,

@@ -309,6 +309,8 @@ struct gbg_backend {
      * all pairs of its n particles: unless the caller named a number of threads, it takes fewer
      * where starting them costs more than it saves. */
     void (*expect)(struct gbg_device *device, int64_t n);
+    /* May be NULL. Bytes of memory of the context's device that nobody has. */
+    double (*free_bytes)(const struct gbg_context *context);
     /* Bytes of scratch memory that the device holds. */
     double (*scratch_bytes)(const struct gbg_device *device);
     /* The kernels for this device (the instruction set that its context chose). */
