@@ -18,7 +18,7 @@ struct input {
     struct gbg_state state;
     struct gbg_cuda_grid grid; /* with local coordinates */
     struct gbg_cuda_cutoff job;
-    float limit; /* of squared distances, with room for rounding; the sums look again */
+    float limit; /* of squared distances, with room; the sums look again */
     const void *places;
     const int32_t *of_rank;
     unsigned *widest;
@@ -220,11 +220,23 @@ template <int dimension, int MOST> static kernel choose_mixed(const input &in)
                    : sum_close<dimension, MOST, in_mixed<dimension, 6, false>>;
 }
 
+/* Squared cut-off with room for rounding, and for local coordinates that are off by up to a unit
+ * each, which a cut-off far below the reach of the list would see. */
+static float roomy_limit(const struct gbg_list *list, const struct gbg_cutoff_unit &unit)
+{
+    double length = sqrt((double)unit.limit);
+    for (int a = 0; a < list->rows.dimension; a++) {
+        length += 2.0 * list->unit[a] / unit.unit;
+    }
+    return (float)(length * length * (1.0 + 1e-5));
+}
+
 static input make_input(const struct gbg_state *state, const struct gbg_list *list,
                         const struct gbg_cuda_cutoff *job)
 {
     const struct gbg_cuda_unlisted *unlisted = list->unlisted;
-    input in = {*state, list->grid, *job, job->unit.limit * 1.00001f, unlisted->places, NULL, NULL};
+    float limit = roomy_limit(list, job->unit);
+    input in = {*state, list->grid, *job, limit, unlisted->places, NULL, NULL};
     in.of_rank = state->rank ? unlisted->of_rank : NULL;
     in.widest = unlisted->widest;
     return in;
