@@ -9,7 +9,7 @@ usage: h200.sh [OPTION...] FOLDER PROGRAMS
                  the case it was at are in unjoined/
   PROGRAMS       a build directory, or a command that runs a program by its name: PROGRAMS gamboge ..., PROGRAMS backend_step
   --parts "P..." of: tests short-range carter2016 direct sizes noise neighbours huge (default: all but huge, which is
-                 sizes at 2^30 and needs 50 GB of memory on the host and minutes for the start)
+                 sizes at 2^30 and needs 35 GB of memory on the host)
   --total S      seconds for all parts (default 530); what does not fit any more is left out and named
   --backend B    default cuda:0
   --n N          one size for every case: to try the script

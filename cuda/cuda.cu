@@ -358,6 +358,15 @@ static int sync(struct gbg_device *device)
     return gbg_cuda_status(device, cudaStreamSynchronize(device->stream), "waiting for the GPU");
 }
 
+static double free_bytes(const struct gbg_context *context)
+{
+    size_t free_now = 0, all = 0;
+    cudaSetDevice(context->device);
+    cudaMemGetInfo(&free_now, &all);
+    cudaGetLastError();
+    return (double)free_now;
+}
+
 static double scratch_bytes(const struct gbg_device *device)
 {
     return (double)device->workspace_bytes + gbg_cuda_steps_bytes(device);
@@ -382,6 +391,7 @@ extern "C" const struct gbg_backend gbg_backend_cuda = {
     .frame_wait = gbg_cuda_frame_wait,
     .frame_release = gbg_cuda_frame_release,
     .expect = NULL,
+    .free_bytes = free_bytes,
     .scratch_bytes = scratch_bytes,
     .kernels = kernels,
 };

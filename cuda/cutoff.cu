@@ -2,19 +2,12 @@
  * order of its row, so that the bits are those of the CPU. */
 #include "cuda/kernels.h"
 
-#include "backend/cpu/power.h"
+#include "cuda/cutoff.h"
 #include "cuda/list.h"
+#include "cuda/unlisted.h"
 
 namespace
 {
-
-struct job {
-    double power, limit; /* limit: squared cut-off, double sums */
-    double factor;       /* of fields in units of the cut-off, mixed sums */
-    int whole, add;
-    const int *halt; /* of a batch of steps */
-    struct gbg_cutoff_unit unit;
-};
 
 /* Where the strength of a source comes from. */
 enum sources { ONE, SPECIES, OWN };
@@ -22,14 +15,6 @@ enum sources { ONE, SPECIES, OWN };
 enum law { LAW_2 = 2, LAW_6 = 6, WHOLE = 100, OTHER };
 
 } // namespace
-
-static __device__ __forceinline__ void store(const struct gbg_state &state, int add, int64_t i,
-                                             int axis, double field)
-{
-    double force = state.mobility[state.species ? state.species[i] : 0] * field;
-    double *target = &state.force[axis][i];
-    *target = add ? *target + force : force;
-}
 
 /* The particle of this thread; its row and the number of neighbours in it. */
 static __device__ __forceinline__ const int32_t *row_of(const struct gbg_cuda_rows &rows, int64_t i,
@@ -43,7 +28,7 @@ static __device__ __forceinline__ const int32_t *row_of(const struct gbg_cuda_ro
 template <int dimension, int power, bool one_species>
 static __global__ void mixed(const __grid_constant__ struct gbg_state state,
                              const __grid_constant__ struct gbg_cuda_rows rows,
-                             const __grid_constant__ struct job job)
+                             const __grid_constant__ struct gbg_cuda_cutoff job)
 {
     int64_t i = gbg_cuda_index();
     if (i >= rows.n || gbg_cuda_halted(job.halt)) {
@@ -76,12 +61,12 @@ static __global__ void mixed(const __grid_constant__ struct gbg_state state,
         }
     }
     for (int a = 0; a < dimension; a++) {
-        store(state, job.add, i, a, job.factor * (double)sum[a]);
+        gbg_cuda_store_force(state, job.add, i, a, job.factor * (double)sum[a]);
     }
 }
 
 template <int law>
-static __device__ __forceinline__ double inverse(const struct job &job, double squared)
+static __device__ __forceinline__ double inverse(const struct gbg_cuda_cutoff &job, double squared)
 {
     return law == OTHER   ? pow(squared, -0.5 * (job.power + 1.0))
            : law == WHOLE ? gbg_inverse_whole(squared, job.whole)
@@ -92,7 +77,7 @@ static __device__ __forceinline__ double inverse(const struct job &job, double s
 template <int dimension, int law, int sources>
 static __global__ void in_double(const __grid_constant__ struct gbg_state state,
                                  const __grid_constant__ struct gbg_cuda_rows rows,
-                                 const __grid_constant__ struct job job)
+                                 const __grid_constant__ struct gbg_cuda_cutoff job)
 {
     int64_t i = gbg_cuda_index();
     if (i >= rows.n || gbg_cuda_halted(job.halt)) {
@@ -109,28 +94,22 @@ static __global__ void in_double(const __grid_constant__ struct gbg_state state,
 #pragma unroll 2
     for (int32_t k = 0; k < width; k++) {
         int32_t j = __ldg(index + (int64_t)k * GBG_CUDA_SLICE);
-        double r[dimension], squared = 0.0;
-        for (int a = 0; a < dimension; a++) {
-            uint64_t there = gbg_join(__ldg(state.high[a] + j), __ldg(state.low[a] + j));
-            r[a] = gbg_box_difference(&state.box, a, own[a], there);
-            squared += r[a] * r[a];
-        }
-        if (squared < job.limit && squared > 0.0) {
-            double strength = sources == OWN   ? __ldg(state.own_alpha + j)
-                              : sources == ONE ? state.alpha[0]
-                                               : state.alpha[state.species[j]];
-            double f = strength * inverse<law>(job, squared);
-            for (int a = 0; a < dimension; a++) {
-                sum[a] += f * r[a];
-            }
-        }
+        auto strength = [&] {
+            return sources == OWN   ? __ldg(state.own_alpha + j)
+                   : sources == ONE ? state.alpha[0]
+                                    : state.alpha[state.species[j]];
+        };
+        gbg_cuda_add_in_double<dimension>(
+            state, job.limit, own, j, strength,
+            [&](double squared) { return inverse<law>(job, squared); }, sum);
     }
     for (int a = 0; a < dimension; a++) {
-        store(state, job.add, i, a, sum[a]);
+        gbg_cuda_store_force(state, job.add, i, a, sum[a]);
     }
 }
 
-typedef void (*kernel)(const struct gbg_state, const struct gbg_cuda_rows, const struct job);
+typedef void (*kernel)(const struct gbg_state, const struct gbg_cuda_rows,
+                       const struct gbg_cuda_cutoff);
 
 template <int dimension> static kernel choose_mixed(const struct gbg_state *state, double power)
 {
@@ -156,7 +135,7 @@ template <int dimension> static kernel choose_double(const struct gbg_state *sta
 }
 
 static int run(struct gbg_device *device, kernel chosen, const struct gbg_state *state,
-               const struct gbg_list *list, const struct job *job, const char *name)
+               const struct gbg_list *list, const struct gbg_cuda_cutoff *job, const char *name)
 {
     if (list->rows.n == 0) {
         return GBG_OK;
@@ -172,9 +151,12 @@ int gbg_cuda_cutoff_mixed(struct gbg_device *device, struct gbg_state *state,
     if (power != 2.0 && power != 6.0) {
         return gbg_cuda_cutoff_double(device, state, list, power, cutoff, add);
     }
-    struct job job = {power, 0.0, 0.0, 0, add, device->halt, {}};
+    struct gbg_cuda_cutoff job = {power, 0.0, 0.0, 0, add, device->halt, {}};
     job.unit = gbg_cutoff_unit_make(list->rows.dimension, list->unit, cutoff);
     job.factor = pow(job.unit.unit, -power);
+    if (list->unlisted) {
+        return gbg_cuda_unlisted_mixed(device, state, list, &job);
+    }
     kernel chosen =
         list->rows.dimension == 2 ? choose_mixed<2>(state, power) : choose_mixed<3>(state, power);
     return run(device, chosen, state, list, &job, "cut-off forces, mixed");
@@ -183,7 +165,12 @@ int gbg_cuda_cutoff_mixed(struct gbg_device *device, struct gbg_state *state,
 int gbg_cuda_cutoff_double(struct gbg_device *device, struct gbg_state *state,
                            const struct gbg_list *list, double power, double cutoff, int add)
 {
-    struct job job = {power, cutoff * cutoff, 0.0, gbg_whole_power(power), add, device->halt, {}};
+    struct gbg_cuda_cutoff job = {power, cutoff * cutoff, 0.0, gbg_whole_power(power),
+                                  add,   device->halt,    {}};
+    if (list->unlisted) {
+        job.unit = gbg_cutoff_unit_make(list->rows.dimension, list->unit, cutoff);
+        return gbg_cuda_unlisted_double(device, state, list, &job);
+    }
     kernel chosen = list->rows.dimension == 2 ? choose_double<2>(state, job.whole)
                                               : choose_double<3>(state, job.whole);
     return run(device, chosen, state, list, &job, "cut-off forces, double");

@@ -39,6 +39,7 @@ const struct gbg_kernels gbg_cuda_kernels = {
     .skin_drifts = 20.0,
     .list_builds = gbg_cuda_list_builds,
     .list_bytes = gbg_cuda_list_bytes,
+    .list_is_kept = gbg_cuda_list_is_kept,
     .list_scatter = gbg_cuda_list_scatter,
     .arrange = ON(gbg_cuda_arrange),
     .cutoff_mixed = ON(gbg_cuda_cutoff_mixed),

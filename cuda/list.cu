@@ -3,6 +3,7 @@
 
 #include "backend/cpu/list_lengths.h"
 #include "backend/cpu/list_square.h"
+#include "cuda/unlisted.h"
 
 enum { THREADS = 256, BLOCKS = 8 /* on a multiprocessor */ };
 
@@ -52,7 +53,12 @@ int gbg_cuda_list_create(struct gbg_device *device, const struct gbg_state *stat
     rows->n = state->owned;
     rows->slices = (state->owned + GBG_CUDA_SLICE - 1) / GBG_CUDA_SLICE;
     gbg_list_choose_shift(&state->box, reach, rows->shift, made->unit, rows->scale);
-    status = allocate_arrays(device, rows, made->total);
+    status = gbg_cuda_unlisted_wanted(device, state, made)
+                 ? gbg_cuda_list_unlist(device, state, made)
+                 : allocate_arrays(device, rows, made->total);
+    if (status == GBG_E_MEMORY) {
+        status = gbg_cuda_list_unlist(device, state, made);
+    }
     if (status != GBG_OK) {
         gbg_cuda_list_destroy(device, made);
         return status;
@@ -70,6 +76,7 @@ void gbg_cuda_list_destroy(struct gbg_device *device, struct gbg_list *list)
     gbg_cuda_contacts_release(device, list);
     gbg_cuda_bridge_release(device, list);
     gbg_cuda_events_release(device, list);
+    gbg_cuda_unlisted_release(device, list);
     for (int a = 0; a < 3; a++) {
         gbg_cuda_release(device, rows->local[a], list->total, 4);
         gbg_cuda_release(device, rows->built[a], list->total, 4);
@@ -90,10 +97,11 @@ int64_t gbg_cuda_list_builds(const struct gbg_list *list)
 double gbg_cuda_list_bytes(const struct gbg_list *list)
 {
     double d = list->rows.dimension;
-    double bytes = (double)list->rows.n * 12.0 * d + (double)list->rows.slices * 12.0 +
-                   (double)list->grid.cell_capacity * 4.0 +
-                   (double)list->grid.particle_capacity * (8.0 + 4.0 * d) +
-                   (double)list->index_capacity * 4.0;
+    double rows = (double)list->rows.n * 12.0 * d + (double)list->rows.slices * 12.0 +
+                  (double)list->index_capacity * 4.0;
+    double bytes = list->unlisted ? gbg_cuda_unlisted_bytes(list->unlisted) : rows;
+    bytes += (double)list->grid.cell_capacity * 4.0 +
+             (double)list->grid.particle_capacity * (8.0 + 4.0 * d);
     return bytes + (list->look ? (double)list->rows.n * (1.0 + 8.0 * d) : 0.0) +
            (list->moved ? (double)list->rows.slices * 4.0 : 0.0);
 }
@@ -166,8 +174,8 @@ int gbg_cuda_list_follow(struct gbg_device *device, const struct gbg_state *stat
     return status ? status : gbg_cuda_fetch(device, largest, most, sizeof *largest);
 }
 
-int gbg_cuda_list_update(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
-                         double moved)
+static int update_rows(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                       double moved)
 {
     double slack = 0.5 * (list->radius - list->reach) * 0.999; /* float rounding of the lengths */
     float largest;
@@ -178,4 +186,20 @@ int gbg_cuda_list_update(struct gbg_device *device, struct gbg_state *state, str
     int status = gbg_cuda_list_follow(device, state, list, &largest);
     return status == GBG_OK && largest > slack * slack ? gbg_cuda_list_build(device, state, list)
                                                        : status;
+}
+
+int gbg_cuda_list_update(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list,
+                         double moved)
+{
+    int status = list->unlisted ? GBG_OK : update_rows(device, state, list, moved);
+    if (status == GBG_E_MEMORY) { /* where rows find no room, cells may */
+        status = gbg_cuda_list_unlist(device, state, list);
+    }
+    return status || !list->unlisted ? status
+                                     : gbg_cuda_unlisted_update(device, state, list, moved);
+}
+
+int gbg_cuda_list_is_kept(const struct gbg_list *list)
+{
+    return !list->unlisted;
 }

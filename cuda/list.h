@@ -16,13 +16,15 @@ struct gbg_list {
     int64_t builds;
     unsigned widest; /* row of the last build */
     uint64_t epoch;  /* of the state when the list was built */
+    int64_t refused; /* entries of an index that could not be had; 0: never yet */
     uint64_t moment; /* number of the build; lists built at the same positions share it */
     /* work arrays of contact rounds (contacts.cu), made at the first call; on the device */
-    unsigned char *look;            /* n: 1 = to be looked at in the next round */
-    uint32_t *moved;                /* slices: bit l = particle l of the slice has a push */
-    int64_t *push[3];               /* n */
-    struct gbg_cuda_bridge *bridge; /* work of the rule bridge; NULL: none yet (bridge.cu) */
-    struct gbg_cuda_events *events; /* of the rule event (events.cu) */
+    unsigned char *look;                /* n: 1 = to be looked at in the next round */
+    uint32_t *moved;                    /* slices: bit l = particle l of the slice has a push */
+    int64_t *push[3];                   /* n */
+    struct gbg_cuda_bridge *bridge;     /* work of the rule bridge; NULL: none yet (bridge.cu) */
+    struct gbg_cuda_events *events;     /* of the rule event (events.cu) */
+    struct gbg_cuda_unlisted *unlisted; /* NULL: the list has rows (unlisted.cu) */
 };
 
 static __device__ __forceinline__ uint32_t gbg_cuda_local(uint32_t high, uint32_t low, int shift)
@@ -50,13 +52,13 @@ int gbg_cuda_list_update(struct gbg_device *device, struct gbg_state *state, str
                          double moved);
 int64_t gbg_cuda_list_builds(const struct gbg_list *list);
 double gbg_cuda_list_bytes(const struct gbg_list *list);
+int gbg_cuda_list_is_kept(const struct gbg_list *list);
 double gbg_cuda_list_scatter(const struct gbg_list *list);
+/* Index of each of n ranks. */
+int gbg_cuda_invert_ranks(struct gbg_device *device, const struct gbg_state *state, int64_t n,
+                          int32_t *of_rank);
 /* Builds at the present positions, whatever the displacements. */
 int gbg_cuda_list_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *list);
-/* The same for the lists of forces and of contacts of an engine, either of which may be NULL: the
- * second is sifted out of the first if that is the longer. */
-int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,
-                         struct gbg_list *contacts);
 /* Of the rooms that own them. */
 void gbg_cuda_contacts_release(struct gbg_device *device, struct gbg_list *list);
 void gbg_cuda_bridge_release(struct gbg_device *device, struct gbg_list *list);

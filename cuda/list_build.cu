@@ -3,6 +3,7 @@
 
 #include "backend/cpu/list_lengths.h"
 #include "backend/cpu/list_square.h"
+#include "cuda/network.h"
 
 /* Threads of a block that has a row a thread; of one that sorts wide slices; rows of those that it
  * sorts in shared memory; neighbours of the longest row that a thread sorts by itself. */
@@ -64,28 +65,6 @@ struct totals {
     unsigned long long entries; /* of the index */
     unsigned int widest, unused;
 };
-
-/* A network of comparisons that sorts, all of its places known to the compiler (Batcher's merges of
- * odd and even places). */
-template <int N, int P, int K> static __device__ __forceinline__ void sort_step(int32_t (&key)[N])
-{
-#pragma unroll
-    for (int j = K % P; j <= N - 1 - K; j += 2 * K) {
-#pragma unroll
-        for (int i = 0; i < K; i++) {
-            if (i + j + K < N && (i + j) / (2 * P) == (i + j + K) / (2 * P)) {
-                int32_t low = min(key[i + j], key[i + j + K]);
-                key[i + j + K] = max(key[i + j], key[i + j + K]);
-                key[i + j] = low;
-            }
-        }
-    }
-    if constexpr (K > 1) {
-        sort_step<N, P, K / 2>(key);
-    } else if constexpr (2 * P < N) {
-        sort_step<N, 2 * P, 2 * P>(key);
-    }
-}
 
 static __global__ void invert(const int32_t *rank, int64_t n, int32_t *of_rank)
 {
@@ -154,7 +133,7 @@ static __global__ void __launch_bounds__(THREADS)
     for (int k = 0; k < MOST; k++) {
         key[k] = k < width ? row[k * GBG_CUDA_SLICE] : (int32_t)NONE;
     }
-    sort_step<MOST, 1, 1>(key);
+    gbg_cuda_sort_step<MOST, 1, 1>(key);
 #pragma unroll
     for (int k = 0; k < MOST; k++) {
         if (k < width) {
@@ -340,9 +319,16 @@ static void start_sort(struct gbg_device *device, const struct gbg_cuda_rows &ro
                                            THREADS, 0, device->stream>>>(rows, of_rank);
 }
 
-/* Index of each rank, in the workspace; NULL: the same. */
-static int invert_ranks(struct gbg_device *device, const struct gbg_state *state, int64_t n,
-                        int32_t **of_rank)
+int gbg_cuda_invert_ranks(struct gbg_device *device, const struct gbg_state *state, int64_t n,
+                          int32_t *of_rank)
+{
+    invert<<<gbg_cuda_blocks(n), GBG_CUDA_THREADS, 0, device->stream>>>(state->rank, n, of_rank);
+    return gbg_cuda_started(device, "order of ranks");
+}
+
+/* The same in the workspace; NULL: ranks are indices. */
+static int find_ranks(struct gbg_device *device, const struct gbg_state *state, int64_t n,
+                      int32_t **of_rank)
 {
     void *memory = NULL;
     *of_rank = NULL;
@@ -352,9 +338,7 @@ static int invert_ranks(struct gbg_device *device, const struct gbg_state *state
     int status = gbg_cuda_workspace(device, (size_t)n * sizeof **of_rank, &memory);
     if (status == GBG_OK) {
         *of_rank = (int32_t *)memory;
-        invert<<<gbg_cuda_blocks(n), GBG_CUDA_THREADS, 0, device->stream>>>(state->rank, n,
-                                                                            *of_rank);
-        status = gbg_cuda_started(device, "order of ranks");
+        status = gbg_cuda_invert_ranks(device, state, n, *of_rank);
     }
     return status;
 }
@@ -402,8 +386,26 @@ static unsigned first_guess(const struct gbg_list *list)
     return list->rows.slices * GBG_CUDA_SLICE * places_for(12) < MUCH ? 12 : 1;
 }
 
+/* What was refused once is not asked for again, which would give up the index that there is;
+ * *places 0: it cannot be had. */
+static int reserve_even(struct gbg_device *device, struct gbg_list *list, int *places)
+{
+    int64_t needed = list->rows.slices * GBG_CUDA_SLICE * *places;
+    if (list->refused > 0 && needed >= list->refused && needed > list->index_capacity) {
+        *places = 0;
+    }
+    int status = *places > 0 ? reserve_places(device, list, *places) : GBG_OK;
+    if (status == GBG_E_MEMORY) { /* rows of their own lengths take less */
+        list->refused = needed;
+        *places = 0;
+        status = GBG_OK;
+    }
+    return status;
+}
+
 /* Rows of as many places each as the longest needs: first as many as last time, then as many as
- * were missing. *places 0: they are too long for that. */
+ * were missing. *places 0: they are too long for that, or take more
+ * memory than there is. */
 template <typename Start>
 static int build_even(struct gbg_device *device, struct gbg_list *list, int *places, Start start)
 {
@@ -411,11 +413,11 @@ static int build_even(struct gbg_device *device, struct gbg_list *list, int *pla
     int status = GBG_OK;
     for (int done = 0; status == GBG_OK && !done;) {
         *places = places_for(found.widest);
-        if (*places == 0) {
+        status = reserve_even(device, list, places);
+        if (status != GBG_OK || *places == 0) {
             break;
         }
-        status = reserve_places(device, list, *places);
-        status = status ? status : gbg_cuda_clear(device, totals_of(&list->rows), sizeof found);
+        status = gbg_cuda_clear(device, totals_of(&list->rows), sizeof found);
         if (status == GBG_OK) {
             start(*places, totals_of(&list->rows));
             status = end_pass(device, list, &found);
@@ -425,6 +427,13 @@ static int build_even(struct gbg_device *device, struct gbg_list *list, int *pla
     /* slowly down: a row that is a little longer again would cost a pass */
     list->widest = found.widest + 1 > list->widest ? found.widest : list->widest - 1;
     return status;
+}
+
+/* By half more, so that it rarely grows again, or by what there is room for. */
+static int reserve_wide(struct gbg_device *device, struct gbg_list *list, int64_t needed)
+{
+    int status = reserve_index(device, list, needed + needed / 2);
+    return status == GBG_E_MEMORY ? reserve_index(device, list, needed + needed / 32) : status;
 }
 
 /* Rows of any length. */
@@ -444,9 +453,8 @@ static int build_wide(struct gbg_device *device, const struct search &search, st
             status = end_pass(device, list, &found);
         }
         done = (int64_t)found.entries <= list->index_capacity;
-        if (status == GBG_OK && !done) { /* by half more, so that it rarely grows again */
-            int64_t needed = (int64_t)found.entries;
-            status = reserve_index(device, list, needed + needed / 2);
+        if (status == GBG_OK && !done) {
+            status = reserve_wide(device, list, (int64_t)found.entries);
         }
     }
     list->widest = found.widest;
@@ -464,7 +472,7 @@ static int build_rows(struct gbg_device *device, const struct search &search, st
     struct gbg_cuda_rows *rows = &list->rows;
     unsigned blocks = gbg_cuda_blocks(rows->slices * GBG_CUDA_SLICE, THREADS);
     int32_t *of_rank;
-    int places = 0, status = invert_ranks(device, &search.state, rows->n, &of_rank);
+    int places = 0, status = find_ranks(device, &search.state, rows->n, &of_rank);
     status =
         status ? status : build_even(device, list, &places, [&](int most, struct totals *totals) {
             find_rows<DIMENSION, COARSE>

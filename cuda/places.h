@@ -53,6 +53,26 @@ static __device__ __forceinline__ void gbg_cuda_put_place(const struct gbg_state
     }
 }
 
+/* Adds the field of one place at another, in units of the cut-off. */
+template <int dimension, int power, bool sources, typename Place>
+static __device__ __forceinline__ void gbg_cuda_add_field(const Place &own, const Place &other,
+                                                          const struct gbg_cutoff_unit &unit,
+                                                          vf one, vf sum[dimension])
+{
+    vf r[dimension], squared = vf_set(0.0f);
+    for (int a = 0; a < dimension; a++) {
+        vi d = (vi)(gbg_cuda_on_axis(own, a) - gbg_cuda_on_axis(other, a));
+        r[a] = vf_mul(vf_from_vi(d), unit.scale[a]);
+        squared = vf_fma(r[a], r[a], squared);
+    }
+    vm inside = vm_and(vf_lt(squared, unit.limit), vf_lt(vf_set(0.0f), squared));
+    vf strength = sources ? gbg_cuda_strength(other, one) : one;
+    vf f = vf_keep(inside, vf_mul(gbg_inverse_power(squared, power), strength));
+    for (int a = 0; a < dimension; a++) {
+        sum[a] = vf_fma(f, r[a], sum[a]);
+    }
+}
+
 /* Field at particle i in units of the cut-off. */
 template <int dimension, int power, bool sources>
 static __device__ __forceinline__ void
@@ -71,18 +91,7 @@ gbg_cuda_field(const struct gbg_cuda_rows &rows, const void *places,
 #pragma unroll 4
     for (int32_t k = 0; k < width; k++) {
         place other = at[__ldg(index + (int64_t)k * GBG_CUDA_SLICE)];
-        vf r[dimension], squared = vf_set(0.0f);
-        for (int a = 0; a < dimension; a++) {
-            vi d = (vi)(gbg_cuda_on_axis(own, a) - gbg_cuda_on_axis(other, a));
-            r[a] = vf_mul(vf_from_vi(d), unit.scale[a]);
-            squared = vf_fma(r[a], r[a], squared);
-        }
-        vm inside = vm_and(vf_lt(squared, unit.limit), vf_lt(vf_set(0.0f), squared));
-        vf strength = sources ? gbg_cuda_strength(other, one) : one;
-        vf f = vf_keep(inside, vf_mul(gbg_inverse_power(squared, power), strength));
-        for (int a = 0; a < dimension; a++) {
-            sum[a] = vf_fma(f, r[a], sum[a]);
-        }
+        gbg_cuda_add_field<dimension, power, sources>(own, other, unit, one, sum);
     }
 }
 

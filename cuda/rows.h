@@ -48,6 +48,14 @@ const struct gbg_cuda_grid *gbg_cuda_list_grid(const struct gbg_list *list);
  * was built. */
 int gbg_cuda_list_follow(struct gbg_device *device, const struct gbg_state *state,
                          struct gbg_list *list, float *largest);
+/* Builds the lists of forces and of contacts of an engine, either of which may be NULL, at the
+ * present positions: the second is sifted out of the first if that is the longer. */
+int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, struct gbg_list *pairs,
+                         struct gbg_list *contacts);
+/* Gives the rows of a list of forces back: from now on it has none (unlisted.h). GBG_E_MEMORY, and
+ * nothing is changed, if the scene cannot do without; the sentence is that of before. */
+int gbg_cuda_list_unlist(struct gbg_device *device, const struct gbg_state *state,
+                         struct gbg_list *list);
 #ifdef __cplusplus
 }
 #endif

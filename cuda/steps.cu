@@ -7,6 +7,7 @@
 
 #include "cuda/bridge.h"
 #include "cuda/kernels.h"
+#include "cuda/unlisted.h"
 
 /* Particles up to which all steps are one kernel; steps that are started one by one; lists built
  * before the engine may look whether the order in memory is still good. */
@@ -318,6 +319,9 @@ int gbg_cuda_steps(struct gbg_device *device, struct gbg_state *state, struct gb
 {
     struct progress at = {choose_law(batch), 0, 1, 0};
     batch->done = batch->spoiled = batch->more = 0;
+    if (batch->pairs && batch->pairs->unlisted) {
+        return GBG_OK; /* without rows a batch saves nothing */
+    }
     int status = state->owned > 0 ? reserve(device, state, batch, at.law) : GBG_OK;
     int build = !lists_are_good(state, batch), limit = 0;
     while (status == GBG_OK && state->owned > 0 && batch->done < batch->steps) {
@@ -343,5 +347,8 @@ int gbg_cuda_steps(struct gbg_device *device, struct gbg_state *state, struct gb
             build = 0;
         }
     }
-    return status;
+    /* lists and places of batches may outgrow memory: then the engine goes on without rows */
+    return status == GBG_E_MEMORY && batch->pairs
+               ? gbg_cuda_list_unlist(device, state, batch->pairs)
+               : status;
 }

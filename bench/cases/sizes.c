@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <sys/resource.h>
 
+#include "backend/backend.h"
 #include "bench/bench.h"
 #include "bench/cases/suspension.h"
 #include "core/context.h"
@@ -39,16 +40,27 @@ static double host_bytes(void)
     return getrusage(RUSAGE_SELF, &usage) == 0 ? 1024.0 * (double)usage.ru_maxrss : 0.0;
 }
 
+/* Memory of the device that is free now; 0: the backend has none of its own. */
+static double free_bytes(const struct gbg_bench *bench)
+{
+    const struct gbg_backend *backend = gbg_backend_find(bench->context->backend);
+    return backend->free_bytes ? backend->free_bytes(bench->context) : 0.0;
+}
+
 static int make(struct gbg_bench *bench, const struct gbg_bench_suspension *s,
                 struct gbg_engine **engine, struct gbg_bench_result *line)
 {
-    double bytes = 0.0, began = gbg_bench_now();
+    double bytes = 0.0, before = free_bytes(bench), began = gbg_bench_now();
     int status = gbg_bench_suspend(bench->context, s, line->n, engine);
     gbg_bench_extra(line, "seconds to the start", gbg_bench_now() - began);
     gbg_bench_extra(line, "peak host bytes a particle", host_bytes() / (double)line->n);
     status = status ? status : gbg_engine_run(*engine, STEPS);
     status = status ? status : gbg_engine_real(*engine, "bytes_per_particle", &bytes);
     gbg_bench_extra(line, "bytes a particle", bytes);
+    if (before > 0.0) {
+        gbg_bench_extra(line, "device bytes a particle",
+                        (before - free_bytes(bench)) / (double)line->n);
+    }
     return status;
 }
 

@@ -202,6 +202,9 @@ struct gbg_kernels {
     double skin_drifts;
     int64_t (*list_builds)(const struct gbg_list *list);
     double (*list_bytes)(const struct gbg_list *list);
+    /* 0: there are no rows, for lack of memory, and each force finds its neighbours anew; NULL:
+     * lists always have rows. */
+    int (*list_is_kept)(const struct gbg_list *list);
     /* How far apart in memory the neighbours of a list stand: cache lines fetched for a row over
      * its particles, in a sample: 1 at random, about 0.1 in good order; 0 if all fit near the
      * processor. Decided by the list alone, whatever the threads. */
@@ -306,6 +309,8 @@ struct gbg_backend {
      * all pairs of its n particles: unless the caller named a number of threads, it takes fewer
      * where starting them costs more than it saves. */
     void (*expect)(struct gbg_device *device, int64_t n);
+    /* May be NULL. Bytes of memory of the context's device that nobody has. */
+    double (*free_bytes)(const struct gbg_context *context);
     /* Bytes of scratch memory that the device holds. */
     double (*scratch_bytes)(const struct gbg_device *device);
     /* The kernels for this device (the instruction set that its context chose). */

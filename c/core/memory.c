@@ -9,9 +9,9 @@
 
 static _Atomic int64_t countdown; /* to the allocation that a test wants to fail */
 
-void gbg_memory_fail_after(int64_t n)
+int64_t gbg_memory_fail_after(int64_t n)
 {
-    atomic_store(&countdown, n);
+    return atomic_exchange(&countdown, n);
 }
 
 int gbg_memory_told_to_fail(void)
@@ -25,8 +25,10 @@ int gbg_allocate(struct gbg_context *context, void **pointer, int64_t count, siz
     *pointer = NULL;
     const uint64_t limit = (UINT64_C(1) << 62) / (size ? size : 1);
     if (count < 0 || (uint64_t)count > limit) {
-        return gbg_fail(context, GBG_E_MEMORY, "%s: %lld elements of %zu bytes are more than memory "
-                        "can hold", what, (long long)count, size);
+        return gbg_fail(context, GBG_E_MEMORY,
+                        "%s: %lld elements of %zu bytes are more than memory "
+                        "can hold",
+                        what, (long long)count, size);
     }
     size_t bytes = ((size_t)count * size + 2 * GBG_ALIGNMENT - 1) & ~(size_t)(GBG_ALIGNMENT - 1);
     if (!gbg_memory_told_to_fail()) {

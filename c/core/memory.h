@@ -22,8 +22,9 @@ int gbg_allocate_zero(struct gbg_context *context, void **pointer, int64_t count
                       const char *what);
 void gbg_release(void *pointer);
 
-/* For tests: the n-th allocation from now fails, on the host or a device (0: none does). */
-void gbg_memory_fail_after(int64_t n);
+/* For tests: the n-th allocation from now fails, on the host or a device (0: none does). Returns
+ * how many were left to the one that was to fail before: 0: it has failed. */
+int64_t gbg_memory_fail_after(int64_t n);
 
 #pragma GCC visibility pop
 

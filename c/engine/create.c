@@ -108,36 +108,64 @@ static void set_noise(struct gbg_engine *engine)
     };
 }
 
-static int upload_particles(struct gbg_engine *engine, const struct gbg_particles *particles)
+/* Species, sources and flags of `count` particles; buffer: 4 bytes each. */
+static int upload_piece(struct gbg_engine *engine, const int32_t *species, int64_t first,
+                        int64_t count, void *buffer)
 {
     struct gbg_state *state = &engine->state;
-    void *buffer;
-    int status = gbg_allocate_zero(engine->context, &buffer, particles->n, 8, "start");
-    if (status != GBG_OK) {
-        return status;
-    }
-    size_t n = (size_t)particles->n;
+    size_t n = (size_t)count;
+    int status = GBG_OK;
     if (state->species) {
         for (size_t i = 0; i < n; i++) {
-            ((uint8_t *)buffer)[i] = (uint8_t)particles->species[i];
+            ((uint8_t *)buffer)[i] = (uint8_t)species[i];
         }
-        status = engine->backend->upload(engine->device, state->species, buffer, n);
+        status = engine->backend->upload(engine->device, state->species + first, buffer, n);
     }
     if (status == GBG_OK && state->source) {
         for (size_t i = 0; i < n; i++) {
-            ((float *)buffer)[i] = (float)state->alpha[particles->species[i]];
+            ((float *)buffer)[i] = (float)state->alpha[species[i]];
         }
-        status = engine->backend->upload(engine->device, state->source, buffer, 4 * n);
+        status = engine->backend->upload(engine->device, state->source + first, buffer, 4 * n);
     }
     if (status == GBG_OK && state->overlapped) {
         memset(buffer, 0, n);
-        status = engine->backend->upload(engine->device, state->overlapped, buffer, n);
+        status = engine->backend->upload(engine->device, state->overlapped + first, buffer, n);
     }
-    if (status == GBG_OK && state->id) {
-        status = engine->backend->upload(engine->device, state->id, particles->id, 8 * n);
+    return status;
+}
+
+/* In pieces, so that a large start is not held twice. */
+static int upload_particles(struct gbg_engine *engine, const struct gbg_particles *particles)
+{
+    enum { PIECE = 1 << 22 };
+    const struct gbg_state *state = &engine->state;
+    int64_t n = particles->n, piece = n < PIECE ? n : PIECE;
+    void *buffer = NULL;
+    int status = GBG_OK;
+    if (state->id) {
+        status = engine->backend->upload(engine->device, state->id, particles->id, 8 * (size_t)n);
+    }
+    if (status != GBG_OK || !(state->species || state->source || state->overlapped)) {
+        return status;
+    }
+    status = gbg_allocate(engine->context, &buffer, piece, 4, "start");
+    for (int64_t first = 0; status == GBG_OK && first < n; first += piece) {
+        int64_t count = n - first < piece ? n - first : piece;
+        status = upload_piece(engine, particles->species + first, first, count, buffer);
     }
     gbg_release(buffer);
     return status;
+}
+
+static int ids_are_indices(const struct gbg_engine *engine, const struct gbg_particles *particles)
+{
+    int same = 1;
+#pragma omp parallel for num_threads(engine->context->threads) reduction(& : same)                  \
+    if (particles->n > GBG_WORTH_THREADS)
+    for (int64_t i = 0; i < particles->n; i++) {
+        same &= particles->id[i] == i;
+    }
+    return same;
 }
 
 /* rank[k]: where the k-th particle that the caller gave stands in the order of ids. */
@@ -171,10 +199,6 @@ static int make_rank(struct gbg_engine *engine, const struct gbg_particles *give
 static int fill_engine(struct gbg_engine *engine, const struct gbg_scene *scene,
                        const struct gbg_particles *particles)
 {
-    int indices = 1;
-    for (int64_t i = 0; i < particles->n && indices; i++) {
-        indices = particles->id[i] == i;
-    }
     engine->backend = gbg_backend_find(engine->context->backend);
     int status = engine->backend->create(engine->context, &engine->device);
     if (status != GBG_OK) {
@@ -185,7 +209,7 @@ static int fill_engine(struct gbg_engine *engine, const struct gbg_scene *scene,
     engine->state.owned = particles->n;
     fill_table(engine);
     set_noise(engine);
-    status = allocate_state(engine, indices);
+    status = allocate_state(engine, ids_are_indices(engine, particles));
     if (status == GBG_OK) {
         status = upload_particles(engine, particles);
     }

@@ -11,6 +11,9 @@
 
 enum { GBG_STEPS_MAX = 6 + GBG_MAX_FORCES };
 
+/* Elements of a loop from which on it is shared out among threads. */
+enum { GBG_WORTH_THREADS = 1 << 16 };
+
 /* When particles get a new order in memory: by rule, or for tests. */
 enum gbg_ordering { GBG_ORDERING_AUTO, GBG_ORDERING_NEVER, GBG_ORDERING_ALWAYS };
 
@@ -71,6 +74,9 @@ void gbg_engine_free(struct gbg_engine *engine);
 
 /* Fills engine->plan and makes the lists; refuses what the backend cannot do. */
 int gbg_engine_plan(struct gbg_engine *engine);
+/* The text of the step that looks for neighbours: whether they are kept shows when a list has been
+ * built. */
+void gbg_engine_describe_list(const struct gbg_engine *engine, struct gbg_plan_step *step);
 
 /* Takes all memory that running needs: nothing is allocated in a step but when a list outgrows
  * every earlier one. */

@@ -139,10 +139,19 @@ static int plan_cutoff(struct gbg_engine *engine)
     }
     int status = make_list(engine, engine->cutoff, force_skin(engine), &engine->pairs);
     if (status == GBG_OK) {
-        add(engine, "list_update", 0.0, gbg_step_pair_list,
-            "neighbours within %.4g, rebuilt when somebody moved half the skin", engine->cutoff);
+        gbg_engine_describe_list(engine, add(engine, "list_update", 0.0, gbg_step_pair_list, " "));
     }
     return status;
+}
+
+void gbg_engine_describe_list(const struct gbg_engine *engine, struct gbg_plan_step *step)
+{
+    const struct gbg_kernels *kernels = engine->kernels;
+    int kept = !kernels->list_is_kept || kernels->list_is_kept(engine->pairs);
+    snprintf(step->what, sizeof step->what,
+             kept ? "neighbours within %.4g, rebuilt when somebody moved half the skin"
+                  : "cells for neighbours within %.4g, found for each force: too many to be kept",
+             engine->cutoff);
 }
 
 static int plan_forces(struct gbg_engine *engine)

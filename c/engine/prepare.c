@@ -30,6 +30,7 @@ static int prepare_step(struct gbg_engine *engine, struct gbg_plan_step *step)
         status = step->run(engine, step);
         status = status ? status : tidied(engine, engine->pairs);
         step->bytes += list_bytes(engine, engine->pairs);
+        gbg_engine_describe_list(engine, step);
     } else if (step->run == gbg_step_contacts) {
         const struct gbg_noise still = {0};
         struct gbg_contacts none = {.parting = GBG_PARTING_BOUNCE, .tolerance = 1e-9, .cap = 0.25};

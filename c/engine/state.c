@@ -59,7 +59,48 @@ static int send_axis(struct gbg_engine *engine, int axis)
                                             engine->words + n, bytes);
 }
 
-int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points)
+enum { PIECE = 1 << 22 };
+
+/* One axis of some particles that stand in the state as they are given; words: three each. */
+static int encode_piece(struct gbg_engine *engine, const struct gbg_points *points, int a,
+                        int64_t first, int64_t count, uint32_t *words)
+{
+    const struct gbg_backend *backend = engine->backend;
+    struct gbg_state *state = &engine->state;
+    uint32_t *high = words, *low = words + count;
+    int32_t *image = (int32_t *)(words + 2 * count);
+    size_t bytes = (size_t)count * sizeof *words;
+#pragma omp parallel for num_threads(engine->context->threads) if (count > GBG_WORTH_THREADS)
+    for (int64_t k = 0; k < count; k++) {
+        uint64_t fraction =
+            gbg_box_encode(&state->box, a, gbg_point(points, a, first + k), &image[k]);
+        high[k] = (uint32_t)(fraction >> 32);
+        low[k] = (uint32_t)fraction;
+    }
+    int status = backend->upload(engine->device, state->high[a] + first, high, bytes);
+    status = status ? status : backend->upload(engine->device, state->low[a] + first, low, bytes);
+    return status || !state->image[a]
+               ? status
+               : backend->upload(engine->device, state->image[a] + first, image, bytes);
+}
+
+/* In pieces, so that a large start is not held twice. */
+static int encode_in_order(struct gbg_engine *engine, const struct gbg_points *points)
+{
+    int64_t n = points->n, piece = n < PIECE ? n : PIECE;
+    uint32_t *words;
+    int status = gbg_allocate(engine->context, (void **)&words, 3 * piece, sizeof *words, "start");
+    for (int a = 0; a < engine->state.box.dimension; a++) {
+        for (int64_t first = 0; status == GBG_OK && first < n; first += piece) {
+            int64_t count = n - first < piece ? n - first : piece;
+            status = encode_piece(engine, points, a, first, count, words);
+        }
+    }
+    gbg_release(words);
+    return status;
+}
+
+static int encode_in_places(struct gbg_engine *engine, const struct gbg_points *points)
 {
     struct gbg_state *state = &engine->state;
     const int32_t *place;
@@ -83,7 +124,14 @@ int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points
                                              (size_t)state->owned * 4);
         }
     }
-    state->epoch++;
+    return status;
+}
+
+int gbg_engine_encode(struct gbg_engine *engine, const struct gbg_points *points)
+{
+    int status = engine->rank || engine->state.rank ? encode_in_places(engine, points)
+                                                    : encode_in_order(engine, points);
+    engine->state.epoch++;
     engine->forces_current = 0;
     return status;
 }

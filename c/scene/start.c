@@ -2,6 +2,8 @@
 #include <inttypes.h>
 #include <math.h>
 
+#include "core/context.h"
+#include "core/memory.h"
 #include "scene/draws.h"
 #include "scene/lattice.h"
 #include "scene/parts.h"
@@ -10,16 +12,29 @@
 static const double clearance = 1e-12;
 enum { MOST_TRIES = 64 };
 
+/* Elements of a loop from which on it is shared out among threads; sites that are chosen before
+ * their particles are placed. */
+enum { WORTH_THREADS = 1 << 16, BLOCK = 1 << 20 };
+
 /* Species in blocks, then shuffled (Fisher and Yates). */
 static void shuffle_species(const struct gbg_scene *scene, struct gbg_particles *particles)
 {
-    int64_t i = 0;
+    int64_t i = 0, n = particles->n;
+    for (int s = 0; s < scene->n_species; s++) {
+        if (scene->species[s].count == n) { /* there is nothing to shuffle */
+#pragma omp parallel for num_threads(scene->context->threads) if (n > WORTH_THREADS)
+            for (int64_t k = 0; k < n; k++) {
+                particles->species[k] = s;
+            }
+            return;
+        }
+    }
     for (int s = 0; s < scene->n_species; s++) {
         for (int64_t k = 0; k < scene->species[s].count; k++) {
             particles->species[i++] = s;
         }
     }
-    for (int64_t last = particles->n - 1; last > 0; last--) {
+    for (int64_t last = n - 1; last > 0; last--) {
         int64_t other = gbg_draw_below(scene, GBG_DRAW_SPECIES, last, last + 1);
         int32_t kept = particles->species[last];
         particles->species[last] = particles->species[other];
@@ -46,28 +61,59 @@ static void draw_in_ball(const struct gbg_scene *scene, int64_t item, double *po
     }
 }
 
+/* Particle i at a site. */
+static void put(const struct gbg_scene *scene, const struct gbg_sites *sites, double reach,
+                int64_t s, int64_t i, struct gbg_particles *particles)
+{
+    double site[3], shift[3] = {0};
+    gbg_lattice_site(sites, s, site);
+    if (reach > 0) {
+        draw_in_ball(scene, i, shift);
+    }
+    for (int a = 0; a < scene->dimension; a++) {
+        double r = scene->origin[a] + site[a] + reach * shift[a];
+        particles->position[a][i] = gbg_wrap(r, scene->origin[a], scene->length[a]);
+    }
+    particles->id[i] = i;
+}
+
+/* `count` particles from `first` on, at the sites that were chosen for them; chosen NULL: each at
+ * the site of its number. */
+static void put_all(const struct gbg_scene *scene, const struct gbg_sites *sites, double reach,
+                    const int64_t *chosen, int64_t first, int64_t count,
+                    struct gbg_particles *particles)
+{
+#pragma omp parallel for num_threads(scene->context->threads) if (count > WORTH_THREADS)
+    for (int64_t k = 0; k < count; k++) {
+        put(scene, sites, reach, chosen ? chosen[k] : first + k, first + k, particles);
+    }
+}
+
 /* Goes through the sites and keeps each with the probability that fills all particles: every choice
  * of n sites is equally likely, and ids follow the sites. */
-static void occupy(const struct gbg_scene *scene, const struct gbg_sites *sites, double reach,
-                   struct gbg_particles *particles)
+static int occupy(const struct gbg_scene *scene, const struct gbg_sites *sites, double reach,
+                  struct gbg_particles *particles)
 {
-    int64_t i = 0;
-    for (int64_t s = 0; s < sites->n && i < particles->n; s++) {
-        if (gbg_draw_below(scene, GBG_DRAW_SITE, s, sites->n - s) >= particles->n - i) {
+    int64_t n = particles->n, i = 0, held = 0, *chosen;
+    if (sites->n == n) {
+        put_all(scene, sites, reach, NULL, 0, n, particles);
+        return GBG_OK;
+    }
+    int status = gbg_allocate(scene->context, (void **)&chosen, n < BLOCK ? n : BLOCK,
+                              sizeof *chosen, "sites of the start");
+    for (int64_t s = 0; status == GBG_OK && s < sites->n && i < n; s++) {
+        if (gbg_draw_below(scene, GBG_DRAW_SITE, s, sites->n - s) >= n - i) {
             continue;
         }
-        double site[3], shift[3] = {0};
-        gbg_lattice_site(sites, s, site);
-        if (reach > 0) {
-            draw_in_ball(scene, i, shift);
-        }
-        for (int a = 0; a < scene->dimension; a++) {
-            double r = scene->origin[a] + site[a] + reach * shift[a];
-            particles->position[a][i] = gbg_wrap(r, scene->origin[a], scene->length[a]);
-        }
-        particles->id[i] = i;
+        chosen[held++] = s;
         i++;
+        if (held == BLOCK || i == n) {
+            put_all(scene, sites, reach, chosen, i - held, held, particles);
+            held = 0;
+        }
     }
+    gbg_release(chosen);
+    return status;
 }
 
 static int refuse_lattice(const struct gbg_scene *scene, const struct gbg_sites *sites, double core)
@@ -97,7 +143,11 @@ int gbg_start_lattice(struct gbg_scene *scene, struct gbg_particles *particles)
     }
     int status = gbg_particles_allocate(scene->context, scene->n, scene->dimension, particles);
     if (status == GBG_OK) {
-        occupy(scene, &sites, scene->jitter * gap / 2, particles);
+        status = occupy(scene, &sites, scene->jitter * gap / 2, particles);
+        if (status != GBG_OK) {
+            gbg_particles_release(particles);
+            return status;
+        }
         shuffle_species(scene, particles);
     }
     return status;
@@ -110,6 +160,7 @@ static int start_uniform(struct gbg_scene *scene, struct gbg_particles *particle
     if (status != GBG_OK) {
         return status;
     }
+#pragma omp parallel for num_threads(scene->context->threads) if (scene->n > WORTH_THREADS)
     for (int64_t i = 0; i < scene->n; i++) {
         double point[3];
         gbg_draw(scene, GBG_DRAW_UNIFORM, i, 0, scene->dimension, point);

@@ -8,7 +8,9 @@
 
 #include <cmocka.h>
 
+#include "core/context.h"
 #include "core/memory.h"
+#include "scene/draws.h"
 #include "scene/lattice.h"
 #include "scene/scene.h"
 
@@ -282,6 +284,48 @@ static void vacancies_and_species_are_spread(void **state)
     gbg_scene_destroy(&scene);
 }
 
+/* More than are chosen before they are placed: each at the site that a plain loop over the sites
+ * gives it, whatever the threads. */
+static void large_lattices_are_made_by_threads(void **state)
+{
+    (void)state;
+    enum { N = 1100000 };
+    for (int threads = 1; threads <= 3; threads += 2) {
+        for (int vacant = 0; vacant < 2; vacant++) {
+            struct gbg_scene *scene = scene_of(2, N, 0.4);
+            struct gbg_particles particles;
+            struct gbg_sites sites;
+            int64_t i = 0;
+            add_species(scene, 1.0, 1.0);
+            scene->context->threads = threads;
+            assert_int_equal(gbg_scene_set_text(scene, "particles.start.lattice", "triangular"),
+                             GBG_OK);
+            assert_int_equal(gbg_scene_set_real(scene, "particles.start.jitter", 0.0), GBG_OK);
+            assert_int_equal(
+                gbg_scene_set_real(scene, "particles.start.vacancies", vacant ? 0.03 : 0.0),
+                GBG_OK);
+            start_of(scene, &particles);
+            int64_t wanted = (int64_t)ceil(N / (1 - scene->vacancies) - 1e-9);
+            gbg_lattice_fit(2, GBG_LATTICE_TRIANGULAR, scene->length, wanted, &sites);
+            for (int64_t s = 0; s < sites.n && i < N; s++) {
+                double site[3];
+                if (gbg_draw_below(scene, GBG_DRAW_SITE, s, sites.n - s) >= N - i) {
+                    continue;
+                }
+                gbg_lattice_site(&sites, s, site);
+                assert_true(particles.position[0][i] == site[0]);
+                assert_true(particles.position[1][i] == site[1]);
+                assert_int_equal(particles.id[i], i);
+                assert_int_equal(particles.species[i], 0);
+                i++;
+            }
+            assert_int_equal(i, N);
+            gbg_particles_release(&particles);
+            gbg_scene_destroy(&scene);
+        }
+    }
+}
+
 static void what_cannot_be_placed_is_refused(void **state)
 {
     (void)state;
@@ -421,6 +465,7 @@ int main(void)
         cmocka_unit_test(lattices_keep_the_distance_they_claim),
         cmocka_unit_test(starts_follow_the_seed),
         cmocka_unit_test(vacancies_and_species_are_spread),
+        cmocka_unit_test(large_lattices_are_made_by_threads),
         cmocka_unit_test(what_cannot_be_placed_is_refused),
         cmocka_unit_test(insertion_saturates_where_it_must),
         cmocka_unit_test(points_without_cores_are_placed_anyhow),

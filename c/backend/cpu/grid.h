@@ -36,12 +36,12 @@ void gbg_grid_release(struct gbg_grid *grid);
  * once; returns their number. */
 int gbg_grid_runs(const struct gbg_grid *grid, int32_t cell, struct gbg_run runs[GBG_RUNS_MAX]);
 
-/* Cells an axis: as many as the radius allows, but not many more cells than particles in all.
- * Returns their number. */
+/* Cells an axis: as many as the radius allows, but not many more cells than particles in all,
+ * and no more than an index can name. Returns their number. */
 GBG_INLINE int64_t gbg_grid_choose(const struct gbg_box *box, double radius, int64_t n,
                                    int cells[3])
 {
-    double most = 2.0 * (double)n + 64.0, product = 1.0;
+    double most = n < INT32_MAX / 2 - 64 ? 2.0 * (double)n + 64.0 : INT32_MAX - 1, product = 1.0;
     double wanted[3] = {1.0, 1.0, 1.0};
     for (int a = 0; a < box->dimension; a++) {
         /* a high word is 2^-32 of the box wide, so edges can be short by that much */
