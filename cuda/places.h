@@ -53,12 +53,48 @@ static __device__ __forceinline__ void gbg_cuda_put_place(const struct gbg_state
     }
 }
 
+/* Adds the fields of `many` neighbours from the kth on; their loads are under way together. Behind
+ * the end of the row stands the particle itself, which adds nothing. */
+template <int dimension, int power, bool sources, int many>
+static __device__ __forceinline__ void
+gbg_cuda_add_fields(const typename gbg_cuda_place<dimension, sources>::type *at,
+                    const typename gbg_cuda_place<dimension, sources>::type &own,
+                    const int32_t *index, int32_t first, int32_t width, int64_t i,
+                    const struct gbg_cutoff_unit &unit, vf one, vf sum[dimension])
+{
+    typename gbg_cuda_place<dimension, sources>::type other[many];
+#pragma unroll
+    for (int k = 0; k < many; k++) {
+        int32_t j = (int32_t)i;
+        if (first + k < width) {
+            j = __ldg(index + (int64_t)(first + k) * GBG_CUDA_SLICE);
+        }
+        other[k] = at[j];
+    }
+#pragma unroll
+    for (int k = 0; k < many; k++) {
+        vf r[dimension], squared = vf_set(0.0f);
+        for (int a = 0; a < dimension; a++) {
+            vi d = (vi)(gbg_cuda_on_axis(own, a) - gbg_cuda_on_axis(other[k], a));
+            r[a] = vf_mul(vf_from_vi(d), unit.scale[a]);
+            squared = vf_fma(r[a], r[a], squared);
+        }
+        vm inside = vm_and(vf_lt(squared, unit.limit), vf_lt(vf_set(0.0f), squared));
+        vf strength = sources ? gbg_cuda_strength(other[k], one) : one;
+        vf f = vf_keep(inside, vf_mul(gbg_inverse_power(squared, power), strength));
+        for (int a = 0; a < dimension; a++) {
+            sum[a] = vf_fma(f, r[a], sum[a]);
+        }
+    }
+}
+
 /* Field at particle i in units of the cut-off. */
 template <int dimension, int power, bool sources>
 static __device__ __forceinline__ void
 gbg_cuda_field(const struct gbg_cuda_rows &rows, const void *places,
                const struct gbg_cutoff_unit &unit, vf one, int64_t i, vf sum[dimension])
 {
+    enum { MANY = 8 };
     typedef typename gbg_cuda_place<dimension, sources>::type place;
     const place *at = (const place *)places;
     int64_t slice = i / GBG_CUDA_SLICE;
@@ -68,21 +104,14 @@ gbg_cuda_field(const struct gbg_cuda_rows &rows, const void *places,
     for (int a = 0; a < dimension; a++) {
         sum[a] = vf_set(0.0f);
     }
-#pragma unroll 4
-    for (int32_t k = 0; k < width; k++) {
-        place other = at[__ldg(index + (int64_t)k * GBG_CUDA_SLICE)];
-        vf r[dimension], squared = vf_set(0.0f);
-        for (int a = 0; a < dimension; a++) {
-            vi d = (vi)(gbg_cuda_on_axis(own, a) - gbg_cuda_on_axis(other, a));
-            r[a] = vf_mul(vf_from_vi(d), unit.scale[a]);
-            squared = vf_fma(r[a], r[a], squared);
-        }
-        vm inside = vm_and(vf_lt(squared, unit.limit), vf_lt(vf_set(0.0f), squared));
-        vf strength = sources ? gbg_cuda_strength(other, one) : one;
-        vf f = vf_keep(inside, vf_mul(gbg_inverse_power(squared, power), strength));
-        for (int a = 0; a < dimension; a++) {
-            sum[a] = vf_fma(f, r[a], sum[a]);
-        }
+    int32_t k = 0;
+    for (; k + MANY / 2 < width; k += MANY) {
+        gbg_cuda_add_fields<dimension, power, sources, MANY>(at, own, index, k, width, i, unit, one,
+                                                             sum);
+    }
+    if (k < width) {
+        gbg_cuda_add_fields<dimension, power, sources, MANY / 2>(at, own, index, k, width, i, unit,
+                                                                 one, sum);
     }
 }
 
