@@ -33,28 +33,32 @@ static __device__ __forceinline__ void add_up(unsigned long long *sum, unsigned 
     }
 }
 
-/* Finds the pushes of all particles, or of those that the last round marked, from places that no
- * thread changes meanwhile. `last` is the round before in this batch: nothing is left to do if it
- * parted nobody, and nothing may be read of a list that it made stale. */
+/* Finds the pushes of all particles (their flags are then those of `turn`), or those that come of
+ * the last moves. `last` is the round before in this batch: nothing is left to do if it parted
+ * nobody, and nothing may be read of a list that it made stale. */
 template <int dimension, bool all>
 static __global__ void __launch_bounds__(GBG_CUDA_THREADS, 8)
     find(const __grid_constant__ struct gbg_state state, const __grid_constant__ struct work work,
-         struct tally *tally, const struct tally *last)
+         int turn, struct tally *tally, const struct tally *last)
 {
     if (last && (last->pairs == 0 || last->stale)) {
         return;
     }
     unsigned long long pairs = 0;
     int64_t virial = 0;
-    gbg_cuda_find_pushes<dimension>(state, work.rounds, all, &pairs, &virial);
+    if (all) {
+        gbg_cuda_find_all<dimension>(state, work.rounds, turn, &pairs, &virial);
+    } else {
+        gbg_cuda_find_moved<dimension>(state, work.rounds, turn, &pairs, &virial);
+    }
     add_up(&tally->pairs, pairs);
     add_up(&tally->virial, (unsigned long long)virial);
 }
 
-/* Moves whoever has a push, and marks him and his neighbours for the next round. */
+/* Moves whoever has a push. */
 template <int dimension>
 static __global__ void move(const __grid_constant__ struct gbg_state state,
-                            const __grid_constant__ struct work work, struct tally *tally,
+                            const __grid_constant__ struct work work, int turn, struct tally *tally,
                             unsigned long long *largest)
 {
     if (tally->pairs == 0) {
@@ -63,7 +67,7 @@ static __global__ void move(const __grid_constant__ struct gbg_state state,
     double farthest = 0.0;
     bool stale = false;
     const struct gbg_cuda_rows &rows = work.rounds.rows;
-    gbg_cuda_push_apart<dimension>(state, work.rounds, [&](int64_t i, double pushed) {
+    gbg_cuda_push_apart<dimension>(state, work.rounds, turn, [&](int64_t i, double pushed) {
         for (int a = 0; a < dimension; a++) {
             rows.local[a][i] = gbg_cuda_local(state.high[a][i], state.low[a][i], rows.shift[a]);
         }
@@ -78,46 +82,48 @@ static __global__ void move(const __grid_constant__ struct gbg_state state,
     gbg_cuda_max(largest, farthest);
 }
 
+static int64_t flags_of(const struct gbg_list *list)
+{
+    return (list->rows.n + GBG_CUDA_FLAGS - 1) / GBG_CUDA_FLAGS * GBG_CUDA_FLAGS;
+}
+
 int gbg_cuda_contacts_reserve(struct gbg_device *device, struct gbg_list *list)
 {
-    int64_t n = list->rows.n;
     int status = GBG_OK;
-    if (!list->look) {
-        status = gbg_cuda_allocate(device, (void **)&list->look, n, 1, "contact marks");
-    }
-    if (status == GBG_OK && !list->moved) {
-        status = gbg_cuda_allocate(device, (void **)&list->moved, list->rows.slices,
-                                   sizeof *list->moved, "contact moves");
-    }
-    for (int a = 0; status == GBG_OK && a < list->rows.dimension; a++) {
-        if (!list->push[a]) {
-            status = gbg_cuda_allocate(device, (void **)&list->push[a], n, sizeof *list->push[a],
-                                       "contact pushes");
+    for (int k = 0; k < 2 && status == GBG_OK; k++) {
+        if (!list->moved[k]) {
+            status = gbg_cuda_allocate(device, (void **)&list->moved[k], flags_of(list), 1,
+                                       "contact marks");
+            status =
+                status ? status : gbg_cuda_clear(device, list->moved[k], (size_t)flags_of(list));
         }
+    }
+    if (status == GBG_OK && !list->push) {
+        int64_t numbers = list->rows.n * list->rows.dimension;
+        status = gbg_cuda_allocate(device, (void **)&list->push, numbers, sizeof *list->push,
+                                   "contact pushes");
+        status = status ? status
+                        : gbg_cuda_clear(device, list->push, (size_t)numbers * sizeof *list->push);
     }
     return status;
 }
 
 void gbg_cuda_contacts_release(struct gbg_device *device, struct gbg_list *list)
 {
-    int64_t n = list->rows.n;
-    gbg_cuda_release(device, list->look, n, 1);
-    gbg_cuda_release(device, list->moved, list->rows.slices, sizeof *list->moved);
-    for (int a = 0; a < list->rows.dimension; a++) {
-        gbg_cuda_release(device, list->push[a], n, sizeof *list->push[a]);
-        list->push[a] = NULL;
+    for (int k = 0; k < 2; k++) {
+        gbg_cuda_release(device, list->moved[k], flags_of(list), 1);
+        list->moved[k] = NULL;
     }
-    list->look = NULL;
-    list->moved = NULL;
+    gbg_cuda_release(device, list->push, list->rows.n * list->rows.dimension, sizeof *list->push);
+    list->push = NULL;
 }
 
 struct gbg_cuda_rounds gbg_cuda_rounds_make(const struct gbg_list *list,
                                             const struct gbg_push_rule *rule,
                                             const struct gbg_cuda_sieve *sieve)
 {
-    struct gbg_cuda_rounds rounds = {*rule,       list->rows,
-                                     *sieve,      list->look,
-                                     list->moved, {list->push[0], list->push[1], list->push[2]}};
+    struct gbg_cuda_rounds rounds = {
+        *rule, list->rows, *sieve, {list->moved[0], list->moved[1]}, list->push};
     return rounds;
 }
 
@@ -133,41 +139,48 @@ static struct work make_work(const struct gbg_list *list, const struct gbg_push_
     return {gbg_cuda_rounds_make(list, rule, &sieve), slack * slack};
 }
 
-/* `finds` looks, each but perhaps the last followed by a move. */
+/* What a batch of rounds is to do: `finds` looks, each but perhaps the last followed by a move. */
+struct order {
+    int all;  /* 1: the first look is at all particles */
+    int turn; /* the flags of the last move */
+    int finds, moves;
+};
+
 template <int dimension>
 static int start(struct gbg_device *device, const struct gbg_state *state, const struct work *work,
-                 int all, int finds, int moves, struct batch *batch)
+                 struct order *order, struct batch *batch)
 {
     unsigned most = (unsigned)(BLOCKS * device->multiprocessors);
     unsigned blocks = gbg_cuda_blocks(work->rounds.rows.slices * GBG_CUDA_SLICE);
     blocks = blocks < most ? blocks : most;
-    for (int r = 0; r < finds; r++) {
+    for (int r = 0; r < order->finds; r++) {
         struct tally *tally = &batch->tally[r], *last = r > 0 ? tally - 1 : NULL;
-        if (all && r == 0) {
-            find<dimension, true>
-                <<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, *work, tally, last);
+        if (order->all && r == 0) {
+            find<dimension, true><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(
+                *state, *work, order->turn, tally, last);
         } else {
-            find<dimension, false>
-                <<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, *work, tally, last);
+            find<dimension, false><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(
+                *state, *work, order->turn, tally, last);
+            order->turn = 1 - order->turn;
         }
-        if (r < moves) {
-            move<dimension><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, *work, tally,
-                                                                             &batch->largest);
+        if (r < order->moves) {
+            move<dimension><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(
+                *state, *work, order->turn, tally, &batch->largest);
         }
     }
     return gbg_cuda_started(device, "contacts");
 }
 
 static int run(struct gbg_device *device, const struct gbg_state *state, const struct work *work,
-               int all, int finds, int moves, struct batch *batch)
+               struct order *order, struct batch *batch)
 {
     void *memory;
     int status = gbg_cuda_workspace(device, sizeof *batch, &memory);
     status = status ? status : gbg_cuda_clear(device, memory, sizeof *batch);
     if (status == GBG_OK) {
         status = state->box.dimension == 2
-                     ? start<2>(device, state, work, all, finds, moves, (struct batch *)memory)
-                     : start<3>(device, state, work, all, finds, moves, (struct batch *)memory);
+                     ? start<2>(device, state, work, order, (struct batch *)memory)
+                     : start<3>(device, state, work, order, (struct batch *)memory);
     }
     return status ? status : gbg_cuda_fetch(device, batch, memory, sizeof *batch);
 }
@@ -180,16 +193,16 @@ struct sums {
 enum outcome { DONE, STALE, MORE };
 
 /* Adds the rounds of a batch up, and says how it ended. */
-static enum outcome take(struct gbg_contacts *contacts, const struct batch *batch, int finds,
-                         int moves, struct sums *sums)
+static enum outcome take(struct gbg_contacts *contacts, const struct batch *batch,
+                         const struct order *order, struct sums *sums)
 {
     double largest;
     memcpy(&largest, &batch->largest, sizeof largest);
     sums->largest = largest > sums->largest ? largest : sums->largest;
-    for (int r = 0; r < finds; r++) {
+    for (int r = 0; r < order->finds; r++) {
         const struct tally *tally = &batch->tally[r];
         contacts->left = (int64_t)tally->pairs;
-        if (tally->pairs == 0 || r == moves) {
+        if (tally->pairs == 0 || r == order->moves) {
             return DONE;
         }
         contacts->rounds++;
@@ -207,6 +220,7 @@ int gbg_cuda_contacts(struct gbg_device *device, struct gbg_state *state, struct
 {
     const struct gbg_push_rule rule = gbg_push_rule_make(state, contacts);
     struct sums sums = {0, 0.0};
+    struct order order = {};
     enum outcome outcome = STALE; /* all are looked at first */
     contacts->rounds = contacts->pairs = contacts->left = contacts->stopped = 0;
     contacts->largest = contacts->virial = 0.0;
@@ -218,13 +232,15 @@ int gbg_cuda_contacts(struct gbg_device *device, struct gbg_state *state, struct
         struct batch batch;
         const struct work work = make_work(list, &rule);
         int64_t left = contacts->max_rounds < 0 ? size : contacts->max_rounds - contacts->rounds;
-        int moves = left < size ? (int)left : size;
-        int finds = moves < size ? moves + 1 : size; /* the last only counts what is left */
-        status = run(device, state, &work, outcome == STALE, finds, moves, &batch);
+        order.all = outcome == STALE;
+        order.moves = left < size ? (int)left : size;
+        /* the last only counts what is left */
+        order.finds = order.moves < size ? order.moves + 1 : size;
+        status = run(device, state, &work, &order, &batch);
         if (status != GBG_OK) {
             return status;
         }
-        outcome = take(contacts, &batch, finds, moves, &sums);
+        outcome = take(contacts, &batch, &order, &sums);
         if (outcome == STALE) {
             status = gbg_cuda_list_build(device, state, list);
         }

@@ -147,6 +147,16 @@ static __global__ void nothing()
 {
 }
 
+static int ask(struct gbg_device *device)
+{
+    cudaError_t error = cudaDeviceGetAttribute(&device->multiprocessors,
+                                               cudaDevAttrMultiProcessorCount, device->number);
+    error =
+        error ? error
+              : cudaDeviceGetAttribute(&device->clusters, cudaDevAttrClusterLaunch, device->number);
+    return gbg_cuda_status(device, error, "asking the GPU");
+}
+
 /* What a device needs besides its body. */
 static int equip(struct gbg_device *device)
 {
@@ -170,12 +180,7 @@ static int equip(struct gbg_device *device)
                  device->staging_bytes);
         status = gbg_cuda_status(device, error, what);
     }
-    return status ? status
-                  : gbg_cuda_status(device,
-                                    cudaDeviceGetAttribute(&device->multiprocessors,
-                                                           cudaDevAttrMultiProcessorCount,
-                                                           device->number),
-                                    "asking the GPU");
+    return status ? status : ask(device);
 }
 
 static int create(struct gbg_context *context, struct gbg_device **device)

@@ -17,7 +17,7 @@ extern "C" {
 struct gbg_device {
     struct gbg_context *context;
     int number;
-    int multiprocessors;
+    int multiprocessors, clusters; /* 1: blocks can be started as a cluster */
     cudaStream_t stream; /* all kernels; copies of frames have one of their own */
     struct gbg_kernels kernels;
     struct gbg_cuda_steps *steps; /* batches of steps (steps.cu); NULL: none yet */

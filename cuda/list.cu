@@ -102,8 +102,7 @@ double gbg_cuda_list_bytes(const struct gbg_list *list)
     double bytes = list->unlisted ? gbg_cuda_unlisted_bytes(list->unlisted) : rows;
     bytes += (double)list->grid.cell_capacity * 4.0 +
              (double)list->grid.particle_capacity * (8.0 + 4.0 * d);
-    return bytes + (list->look ? (double)list->rows.n * (1.0 + 8.0 * d) : 0.0) +
-           (list->moved ? (double)list->rows.slices * 4.0 : 0.0);
+    return bytes + (list->moved[0] ? (double)list->rows.n * (2.0 + 8.0 * d) : 0.0);
 }
 
 const struct gbg_cuda_rows *gbg_cuda_list_rows(const struct gbg_list *list)

@@ -19,9 +19,8 @@ struct gbg_list {
     int64_t refused; /* entries of an index that could not be had; 0: never yet */
     uint64_t moment; /* number of the build; lists built at the same positions share it */
     /* work arrays of contact rounds (contacts.cu), made at the first call; on the device */
-    unsigned char *look;                /* n: 1 = to be looked at in the next round */
-    uint32_t *moved;                    /* slices: bit l = particle l of the slice has a push */
-    int64_t *push[3];                   /* n */
+    unsigned char *moved[2];            /* n: 1 = has a push in this round, in the next */
+    int64_t *push;                      /* dimension n */
     struct gbg_cuda_bridge *bridge;     /* work of the rule bridge; NULL: none yet (bridge.cu) */
     struct gbg_cuda_events *events;     /* of the rule event (events.cu) */
     struct gbg_cuda_unlisted *unlisted; /* NULL: the list has rows (unlisted.cu) */

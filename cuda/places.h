@@ -73,12 +73,37 @@ static __device__ __forceinline__ void gbg_cuda_add_field(const Place &own, cons
     }
 }
 
+/* Adds the fields of `many` neighbours from the kth on; their loads are under way together. Behind
+ * the end of the row stands the particle itself, which adds nothing. */
+template <int dimension, int power, bool sources, int many>
+static __device__ __forceinline__ void
+gbg_cuda_add_fields(const typename gbg_cuda_place<dimension, sources>::type *at,
+                    const typename gbg_cuda_place<dimension, sources>::type &own,
+                    const int32_t *index, int32_t first, int32_t width, int64_t i,
+                    const struct gbg_cutoff_unit &unit, vf one, vf sum[dimension])
+{
+    typename gbg_cuda_place<dimension, sources>::type other[many];
+#pragma unroll
+    for (int k = 0; k < many; k++) {
+        int32_t j = (int32_t)i;
+        if (first + k < width) {
+            j = __ldg(index + (int64_t)(first + k) * GBG_CUDA_SLICE);
+        }
+        other[k] = at[j];
+    }
+#pragma unroll
+    for (int k = 0; k < many; k++) {
+        gbg_cuda_add_field<dimension, power, sources>(own, other[k], unit, one, sum);
+    }
+}
+
 /* Field at particle i in units of the cut-off. */
 template <int dimension, int power, bool sources>
 static __device__ __forceinline__ void
 gbg_cuda_field(const struct gbg_cuda_rows &rows, const void *places,
                const struct gbg_cutoff_unit &unit, vf one, int64_t i, vf sum[dimension])
 {
+    enum { MANY = 8 };
     typedef typename gbg_cuda_place<dimension, sources>::type place;
     const place *at = (const place *)places;
     int64_t slice = i / GBG_CUDA_SLICE;
@@ -88,10 +113,14 @@ gbg_cuda_field(const struct gbg_cuda_rows &rows, const void *places,
     for (int a = 0; a < dimension; a++) {
         sum[a] = vf_set(0.0f);
     }
-#pragma unroll 4
-    for (int32_t k = 0; k < width; k++) {
-        place other = at[__ldg(index + (int64_t)k * GBG_CUDA_SLICE)];
-        gbg_cuda_add_field<dimension, power, sources>(own, other, unit, one, sum);
+    int32_t k = 0;
+    for (; k + MANY / 2 < width; k += MANY) {
+        gbg_cuda_add_fields<dimension, power, sources, MANY>(at, own, index, k, width, i, unit, one,
+                                                             sum);
+    }
+    if (k < width) {
+        gbg_cuda_add_fields<dimension, power, sources, MANY / 2>(at, own, index, k, width, i, unit,
+                                                                 one, sum);
     }
 }
 

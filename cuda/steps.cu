@@ -171,22 +171,25 @@ void gbg_cuda_steps_release(struct gbg_device *device)
 }
 
 /* Adds what the steps of one start did. */
-static void take(const struct gbg_cuda_control *control, double contact, double virial_unit,
+static void take(const struct gbg_cuda_control *control, const struct gbg_cuda_work *work,
                  struct gbg_batch *batch)
 {
+    double contact = work->rounds.rule.largest;
+
     for (int k = 0; k < control->done; k++) {
         const struct gbg_cuda_slot *slot = &control->slot[k];
         batch->rule.rounds += slot->bridge_sweeps + slot->rounds;
         batch->rule.pairs += (int64_t)(slot->bridge_pairs + slot->pairs);
         /* in the order of the rule itself, which rounds so */
         batch->rule.virial += (double)(int64_t)slot->bridge_virial * 0x1p-40 * contact * contact;
-        batch->rule.virial += (double)(int64_t)slot->virial * virial_unit;
+        batch->rule.virial += (double)(int64_t)slot->virial * work->rounds.rule.virial_unit;
         batch->moves.drift = gbg_cuda_root(slot->moves.drift);
         batch->moves.noise = gbg_cuda_root(slot->moves.noise);
         batch->moves.total = gbg_cuda_root(slot->moves.total);
         batch->moves.bad = -1;
-        batch->moved = fmax(batch->moves.total, fmax(gbg_cuda_root(slot->bridge_farthest),
-                                                     gbg_cuda_root(slot->farthest)));
+        double corrected = gbg_cuda_root(slot->farthest) * (1.0 + 1e-6) + work->error;
+        batch->moved =
+            fmax(batch->moves.total, fmax(gbg_cuda_root(slot->bridge_farthest), corrected));
     }
     batch->done += control->done;
 }
@@ -296,7 +299,7 @@ static int go_on(struct gbg_device *device, struct gbg_state *state, struct gbg_
     if (status != GBG_OK) {
         return status;
     }
-    take(result, work.rounds.rule.largest, work.rounds.rule.virial_unit, batch);
+    take(result, &work, batch);
     at->turn = batch->contacts ? 0 : (at->turn + result->done) & 1;
     if (result->done > 0) {
         steps->pace = (result->displaced - before) / result->done;

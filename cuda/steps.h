@@ -13,7 +13,8 @@ enum { GBG_CUDA_BATCH = 128 }; /* steps that are started together, at most */
 /* What became of one step. */
 struct gbg_cuda_slot {
     struct gbg_cuda_extremes moves;
-    unsigned long long farthest;  /* bits of the largest squared way of those corrected */
+    unsigned long long farthest;  /* bits of the largest squared way of those corrected, by high
+                                     words */
     unsigned long long virial;    /* sum modulo 2^64 */
     unsigned long long pairs;     /* pushes */
     unsigned long long displaced; /* the same since the lists were built, by high words */

@@ -4,7 +4,8 @@
 #include "cuda/kernels.h"
 #include "cuda/steps_phases.h"
 
-enum { THREADS = 256 };
+/* Threads of a block, blocks of a cluster at most. */
+enum { THREADS = 256, CLUSTER = 16 };
 
 static __global__ void start(control_t *control, int limit, int turn, uint64_t first)
 {
@@ -30,13 +31,37 @@ static __global__ void start(control_t *control, int limit, int turn, uint64_t f
 template <typename Decide>
 static __device__ __forceinline__ void when_all_done(control_t *control, Decide decide)
 {
-    __threadfence();
     __syncthreads();
-    if (threadIdx.x == 0 && atomicAdd(&control->ticket, 1u) == gridDim.x - 1) {
-        __threadfence();
-        control->ticket = 0;
-        decide();
+    if (threadIdx.x == 0) {
+        __threadfence(); /* also for what the block's other threads have given on */
+        if (atomicAdd(&control->ticket, 1u) == gridDim.x - 1) {
+            __threadfence();
+            control->ticket = 0;
+            decide();
+        }
     }
+}
+
+/* Whether all blocks of the kernel are one cluster, whose barrier is in hardware. */
+static __device__ __forceinline__ bool are_one_cluster()
+{
+#if __CUDA_ARCH__ >= 900
+    unsigned int blocks;
+    asm("mov.u32 %0, %%cluster_nctaid.x;" : "=r"(blocks));
+    return blocks == gridDim.x;
+#else
+    return false;
+#endif
+}
+
+/* Waits for all threads of the cluster, and sees what they have written. */
+static __device__ __forceinline__ void wait_for_cluster()
+{
+#if __CUDA_ARCH__ >= 900
+    asm volatile("barrier.cluster.arrive.release.aligned;\n"
+                 "barrier.cluster.wait.acquire.aligned;" ::
+                     : "memory");
+#endif
 }
 
 /* The same, and everybody waits for the decision. *generation: how often the kernel's blocks have
@@ -45,6 +70,14 @@ template <typename Decide>
 static __device__ __forceinline__ void meet(control_t *control, unsigned int *generation,
                                             Decide decide)
 {
+    if (are_one_cluster()) {
+        wait_for_cluster();
+        if (blockIdx.x == 0 && threadIdx.x == 0) {
+            decide();
+        }
+        wait_for_cluster();
+        return;
+    }
     __syncthreads();
     if (threadIdx.x == 0) {
         volatile unsigned int *common = &control->generation;
@@ -70,19 +103,23 @@ static __device__ __forceinline__ bool halted(const control_t *control)
     return __ldcg(&control->halt) != 0;
 }
 
-/* Rounds after the first look, until nobody overlaps. */
+/* After a first look that found overlaps: rounds until nobody overlaps, and the certificate. */
 template <int dimension>
 static __device__ void part(const work_t &work, int step, unsigned int *generation)
 {
     control_t *control = work.control;
     for (int64_t round = 1; !__ldcg(&control->parted); round++) {
-        apply<dimension>(work, step);
+        apply<dimension>(work, step, round);
         meet(control, generation, [&] { decide_applied(work, step); });
         if (__ldcg(&control->parted)) {
-            return;
+            break;
         }
-        find<dimension>(work, step, false);
+        find<dimension>(work, step, round);
         meet(control, generation, [&] { decide_found(work, step, round); });
+    }
+    if (!halted(control) && __ldcg(&control->done) == step) {
+        certify<dimension>(work, step);
+        meet(control, generation, [&] { decide_certified(work, step); });
     }
 }
 
@@ -98,19 +135,15 @@ static __global__ void __launch_bounds__(THREADS) together(const __grid_constant
         if (!cores || halted(control)) {
             continue;
         }
-        find<dimension>(work, step, true);
+        find<dimension>(work, step, 0);
         certify<dimension>(work, step);
         meet(control, generation, [&] { decide_looked(work, step); });
         part<dimension>(work, step, generation);
-        if (!halted(control) && __ldcg(&control->done) == step) {
-            certify<dimension>(work, step);
-            meet(control, generation, [&] { decide_certified(work, step); });
-        }
     }
 }
 
 template <int dimension, int law, bool cores>
-static __global__ void __launch_bounds__(THREADS)
+static __global__ void __launch_bounds__(THREADS, 4)
     advance_alone(const __grid_constant__ work_t work, int step)
 {
     if (!halted(work.control)) {
@@ -124,29 +157,19 @@ static __global__ void __launch_bounds__(THREADS, 5)
     look_alone(const __grid_constant__ work_t work, int step)
 {
     if (!halted(work.control)) {
-        find<dimension>(work, step, true);
+        find<dimension>(work, step, 0);
         certify<dimension>(work, step);
         when_all_done(work.control, [&] { decide_looked(work, step); });
     }
 }
 
 template <int dimension>
-static __global__ void __launch_bounds__(THREADS)
+static __global__ void __launch_bounds__(THREADS, 4)
     part_alone(const __grid_constant__ work_t work, int step)
 {
     if (!halted(work.control)) {
         unsigned int met = __ldcg(&work.control->generation);
         part<dimension>(work, step, &met);
-    }
-}
-
-template <int dimension>
-static __global__ void __launch_bounds__(THREADS)
-    certify_alone(const __grid_constant__ work_t work, int step)
-{
-    if (!halted(work.control) && __ldcg(&work.control->done) == step) {
-        certify<dimension>(work, step);
-        when_all_done(work.control, [&] { decide_certified(work, step); });
     }
 }
 
@@ -201,22 +224,60 @@ static __global__ void __launch_bounds__(THREADS)
     take_back<dimension>(work);
 }
 
-/* Starts a kernel all of whose blocks are at work at once. */
-static int start_at_once(struct gbg_device *device, const void *kernel, int threads, int64_t n,
-                         void **arguments)
+/* Blocks for n threads, but no more than are at work at once. */
+static int blocks_at_once(struct gbg_device *device, const void *kernel, int threads, int64_t n,
+                          unsigned *blocks)
 {
     int each = 0;
     int status = gbg_cuda_status(
         device, cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, threads, 0),
         "asking for room for a batch of steps");
-    int64_t most = (int64_t)each * device->multiprocessors, wanted = (n + threads - 1) / threads;
-    unsigned blocks = (unsigned)(wanted < 1 ? 1 : wanted < most ? wanted : most);
+    int64_t most = (int64_t)each * device->multiprocessors, wanted = gbg_cuda_blocks(n, threads);
+    *blocks = (unsigned)(wanted < 1 || most < 1 ? 1 : wanted < most ? wanted : most);
+    return status;
+}
+
+/* Starts a kernel whose blocks wait for each other. */
+static int start_at_once(struct gbg_device *device, const void *kernel, int threads, int64_t n,
+                         void **arguments)
+{
+    unsigned blocks;
+    int status = blocks_at_once(device, kernel, threads, n, &blocks);
     return status ? status
                   : gbg_cuda_status(device,
                                     cudaLaunchCooperativeKernel(kernel, dim3(blocks),
                                                                 dim3((unsigned)threads), arguments,
                                                                 0, device->stream),
                                     "a batch of steps");
+}
+
+/* Starts a kernel whose blocks are one cluster; *started 0: this GPU cannot. */
+static int start_cluster(struct gbg_device *device, const void *kernel, int64_t n, void **arguments,
+                         int *started)
+{
+    int threads = (int)((n + 32 * CLUSTER - 1) / (32 * CLUSTER)) * 32, clusters = 0;
+    cudaLaunchAttribute whole;
+    cudaLaunchConfig_t config = {};
+    *started = 0;
+    if (!device->clusters || threads > THREADS) {
+        return GBG_OK;
+    }
+    config.blockDim = dim3((unsigned)threads);
+    config.gridDim = dim3((unsigned)((n + threads - 1) / threads));
+    config.stream = device->stream;
+    whole.id = cudaLaunchAttributeClusterDimension;
+    whole.val.clusterDim = {config.gridDim.x, 1, 1};
+    config.attrs = &whole;
+    config.numAttrs = 1;
+    if (cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1) !=
+            cudaSuccess ||
+        cudaOccupancyMaxActiveClusters(&clusters, kernel, &config) != cudaSuccess || clusters < 1) {
+        cudaGetLastError(); /* it is no failure: there is another way */
+        return GBG_OK;
+    }
+    *started = 1;
+    return gbg_cuda_status(device, cudaLaunchKernelExC(&config, kernel, arguments),
+                           "a batch of steps");
 }
 
 typedef void (*of_step)(const work_t, int);
@@ -235,6 +296,20 @@ template <int dimension, bool cores> static of_batch choose_together(int law)
     return law == GBG_CUDA_FREE      ? together<dimension, GBG_CUDA_FREE, cores>
            : law == GBG_CUDA_POWER_2 ? together<dimension, GBG_CUDA_POWER_2, cores>
                                      : together<dimension, GBG_CUDA_POWER_6, cores>;
+}
+
+/* A kernel of a step, in as many blocks as are at work at once: a block that ends waits for its
+ * last writes, which costs too much for a particle a thread. */
+static int start_part(struct gbg_device *device, of_step kernel, const struct gbg_cuda_work *work,
+                      int step)
+{
+    unsigned blocks;
+    int status = blocks_at_once(device, (const void *)kernel, THREADS, work->state.owned, &blocks);
+    if (status == GBG_OK) {
+        kernel<<<blocks, THREADS, 0, device->stream>>>(*work, step);
+        status = gbg_cuda_started(device, "a step");
+    }
+    return status;
 }
 
 int gbg_cuda_steps_begin(struct gbg_device *device, const struct gbg_cuda_work *work, int limit,
@@ -263,7 +338,9 @@ int gbg_cuda_steps_together(struct gbg_device *device, const struct gbg_cuda_wor
     int64_t each = (n + device->multiprocessors - 1) / device->multiprocessors;
     int threads = each > THREADS ? (int)THREADS : (int)((each + 31) / 32 * 32);
     void *arguments[] = {(void *)work};
-    return start_at_once(device, (const void *)kernel, threads, n, arguments);
+    int started, status = start_cluster(device, (const void *)kernel, n, arguments, &started);
+    return status || started ? status
+                             : start_at_once(device, (const void *)kernel, threads, n, arguments);
 }
 
 int gbg_cuda_steps_follow(struct gbg_device *device, const struct gbg_cuda_work *work)
@@ -292,9 +369,7 @@ int gbg_cuda_steps_move(struct gbg_device *device, const struct gbg_cuda_work *w
     of_step kernel = flat    ? cores ? choose_advance<2, true>(law) : choose_advance<2, false>(law)
                         : cores ? choose_advance<3, true>(law)
                              : choose_advance<3, false>(law);
-    kernel<<<gbg_cuda_blocks(work->state.owned, THREADS), THREADS, 0, device->stream>>>(*work,
-                                                                                        step);
-    return gbg_cuda_started(device, "a step");
+    return start_part(device, kernel, work, step);
 }
 
 int gbg_cuda_steps_bridged(struct gbg_device *device, const struct gbg_cuda_work *work,
@@ -306,19 +381,13 @@ int gbg_cuda_steps_bridged(struct gbg_device *device, const struct gbg_cuda_work
 
 int gbg_cuda_steps_part(struct gbg_device *device, const struct gbg_cuda_work *work, int step)
 {
-    unsigned blocks = gbg_cuda_blocks(work->state.owned, THREADS);
     bool flat = work->state.box.dimension == 2;
-    (flat ? look_alone<2> : look_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work, step);
     void *arguments[] = {(void *)work, &step};
-    int status =
-        start_at_once(device, flat ? (const void *)part_alone<2> : (const void *)part_alone<3>,
-                      THREADS, work->state.owned, arguments);
-    if (status == GBG_OK) {
-        (flat ? certify_alone<2> : certify_alone<3>)<<<blocks, THREADS, 0, device->stream>>>(*work,
-                                                                                             step);
-        status = gbg_cuda_started(device, "a step with hard cores");
-    }
-    return status;
+    int status = start_part(device, flat ? look_alone<2> : look_alone<3>, work, step);
+    return status ? status
+                  : start_at_once(device,
+                                  flat ? (const void *)part_alone<2> : (const void *)part_alone<3>,
+                                  THREADS, work->state.owned, arguments);
 }
 
 int gbg_cuda_steps_take_back(struct gbg_device *device, const struct gbg_cuda_work *work)

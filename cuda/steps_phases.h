@@ -256,12 +256,17 @@ template <bool cores> static __device__ void decide_advanced(const work_t &work,
     }
 }
 
-/* What overlaps move particles by; in the first round all are looked at. */
-template <int dimension> static __device__ void find(const work_t &work, int step, bool first)
+/* What overlaps move particles by. Before round 1 all are looked at; `round` have been made. */
+template <int dimension> static __device__ void find(const work_t &work, int step, int64_t round)
 {
     unsigned long long pairs = 0;
     int64_t virial = 0;
-    gbg_cuda_find_pushes<dimension>(work.state, work.rounds, first, &pairs, &virial);
+    if (round == 0) {
+        gbg_cuda_find_all<dimension>(work.state, work.rounds, 0, &pairs, &virial);
+    } else {
+        gbg_cuda_find_moved<dimension>(work.state, work.rounds, (int)(round - 1) & 1, &pairs,
+                                       &virial);
+    }
     sum_of(&work.control->found, pairs);
     sum_of(&work.control->slot[step].virial, (unsigned long long)virial);
 }
@@ -282,14 +287,26 @@ static __device__ void decide_found(const work_t &work, int step, int64_t round)
     }
 }
 
-/* Moves those who have a push. */
-template <int dimension> static __device__ void apply(const work_t &work, int step)
+/* How far particle i is from where the step began, squared, by high words. */
+template <int dimension>
+static __device__ __forceinline__ float way_of(const work_t &work, int64_t i)
 {
-    double farthest = 0.0;
-    gbg_cuda_push_apart<dimension>(work.state, work.rounds, [&](int64_t i, double) {
-        farthest = fmax(farthest, gbg_push_displaced(&work.state, dimension, i));
-    });
-    note(0, farthest);
+    float squared = 0.0f;
+    for (int a = 0; a < dimension; a++) {
+        squared =
+            squared_high(work, a, work.state.high[a][i], work.state.start_high[a][i], squared);
+    }
+    return squared;
+}
+
+/* Moves those who have a push. */
+template <int dimension> static __device__ void apply(const work_t &work, int step, int64_t round)
+{
+    float farthest = 0.0f;
+    gbg_cuda_push_apart<dimension>(
+        work.state, work.rounds, (int)(round - 1) & 1,
+        [&](int64_t i, double) { farthest = fmaxf(farthest, way_of<dimension>(work, i)); });
+    note(0, (double)farthest);
     __syncthreads();
     if (threadIdx.x < 32) {
         give_on(0, &work.control->slot[step].farthest);
@@ -299,7 +316,8 @@ template <int dimension> static __device__ void apply(const work_t &work, int st
 static __device__ void decide_applied(const work_t &work, int step)
 {
     control_t *control = work.control;
-    if (!(control->displaced + root_of_bits(__ldcg(&control->slot[step].farthest)) <= work.slack)) {
+    if (!(control->displaced + at_most(work, __ldcg(&control->slot[step].farthest)) <=
+          work.slack)) {
         halt(control, 1, 1);
         control->parted = 1;
     }
@@ -364,12 +382,7 @@ template <int dimension> static __device__ void certify(const work_t &work, int 
     float way = 0.0f, farthest = 0.0f;
     unsigned int faults = 0;
     for (int64_t i = gbg_cuda_index(); i < work.contacts.n; i += threads_in_all()) {
-        float since_start = 0.0f;
-        for (int a = 0; a < dimension; a++) {
-            since_start = squared_high(work, a, work.state.high[a][i], work.state.start_high[a][i],
-                                       since_start);
-        }
-        way = fmaxf(way, since_start);
+        way = fmaxf(way, way_of<dimension>(work, i));
         farthest = fmaxf(farthest, displaced<dimension>(work, work.contacts, i));
         faults += faults_of<dimension>(work, i);
         if (work.place[0]) {

@@ -67,6 +67,9 @@ ACTING(cudaLaunchCooperativeKernel,
        (const void *kernel, struct dim3 grid, struct dim3 block, void **arguments, size_t shared,
         cudaStream_t stream),
        (kernel, grid, block, arguments, shared, stream))
+ACTING(cudaLaunchKernelExC,
+       (const cudaLaunchConfig_t *config, const void *kernel, void **arguments),
+       (config, kernel, arguments))
 
 static struct gbg_scene scene_of(struct gbg_context *context, int rule, int n_forces)
 {
