@@ -104,7 +104,7 @@ bench() {
 # Each program of the tests: its exit status (77: skipped) and what it says of itself.
 tests() {
     : >"$folder/tests.txt"
-    for test in step forces lists search certify checks contacts bridge events steps order frames restart probe robust lost; do
+    for test in step forces lists search certify checks contacts bridge events steps order frames restart probe robust lost unlisted; do
         rest=$(left)
         [ "$rest" -gt 5 ] || rest=5
         [ "$rest" -lt 60 ] || rest=60
