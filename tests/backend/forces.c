@@ -406,7 +406,11 @@ static void compare_many(int dimension, int64_t n, int power, int equal)
     print_message("%dD, N = %lld, power %d, strengths %s: RMS(dF)/RMS(F) %.2e, of terms %.2e\n",
                   dimension, (long long)n, power, equal ? "equal" : "of their own",
                   sqrt(error / size), worst);
-    assert_true(size > 0.0 && sqrt(error / size) < 1e-6 && worst < 5e-6);
+    /* in a volume terms of power 1 grow towards the edge and all but cancel: there the error is held
+     * against their sizes alone, below one rounding of them */
+    int cancels = power < dimension - 1;
+    assert_true(size > 0.0 && (cancels || sqrt(error / size) < 1e-6));
+    assert_true(worst < (cancels ? 0x1p-24 : 5e-6));
     free(m.position);
 }
 
