@@ -150,6 +150,8 @@ static size_t lay_out(struct bridge_work *work, void *base, void **scan, size_t 
     int64_t n = work->n, blocks = work->plan.n_blocks, pairs = work->capacity;
     work->results =
         (struct bridge_results *)gbg_cuda_take(base, &used, 1, sizeof(struct bridge_results));
+    int sweeps = (work->plan.rounds[0] + work->plan.rounds[1]) * (1 + BRIDGE_SHORT_SWEEPS);
+    work->changed = (unsigned int *)gbg_cuda_take(base, &used, sweeps, sizeof *work->changed);
     work->tally = (unsigned long long *)gbg_cuda_take(base, &used, blocks + 1, sizeof *work->tally);
     work->count = (unsigned int *)gbg_cuda_take(base, &used, blocks, sizeof *work->count);
     work->used = (unsigned long long *)gbg_cuda_take(base, &used, n, sizeof *work->used);
@@ -174,6 +176,8 @@ static size_t lay_out(struct bridge_work *work, void *base, void **scan, size_t 
     for (int a = 0; a < dimension; a++) {
         work->normal[a] = (float *)gbg_cuda_take(base, &used, pairs, sizeof(float));
     }
+    work->last_push = (float *)gbg_cuda_take(base, &used, work->plan.momentum > 0.0f ? pairs : 0,
+                                             sizeof *work->last_push);
     work->active = (unsigned char *)gbg_cuda_take(base, &used, pairs, 1);
     *scan = gbg_cuda_take(base, &used, (int64_t)scan_bytes, 1);
     return used;
@@ -344,6 +348,7 @@ int gbg_cuda_bridge(struct gbg_device *device, struct gbg_state *state, struct g
         return GBG_OK;
     }
     contacts->rounds = (int64_t)seen.sweeps;
+    contacts->stopped = (int64_t)seen.stopped;
     contacts->pairs = (int64_t)seen.pairs;
     contacts->largest = sqrt(of_bits(seen.largest));
     contacts->virial = (double)(int64_t)seen.virial * 0x1p-40 * work.plan.unit * work.plan.unit;

@@ -10,11 +10,7 @@
 #include "cuda/cuda.h"
 #include "cuda/list.h"
 
-enum {
-    BRIDGE_THREADS = 128,
-    BRIDGE_SWEEPS =
-        (BRIDGE_PRESSED_FIRST + BRIDGE_PRESSED_SECOND) * (1 + BRIDGE_SHORT_SWEEPS) /* at most */
-};
+enum { BRIDGE_THREADS = 128 };
 
 /* What a call found out, on the device and fetched once. All zero at its start. */
 struct bridge_results {
@@ -23,7 +19,7 @@ struct bridge_results {
     unsigned long long largest, farthest; /* bits of squares: way since the start, push */
     unsigned int depth;                   /* bits of the deepest overlap after the free moves */
     unsigned int stale, overlapping, sweeps;
-    unsigned int changed[BRIDGE_SWEEPS]; /* 1: a push changed by more than the tolerance */
+    unsigned int stopped; /* 1: the last solve, of a pressed scene, came to its limit of rounds */
 };
 
 /* Records of pairs. */
@@ -41,6 +37,7 @@ struct bridge_work {
     int64_t n, capacity; /* pairs that there is memory for */
     /* zero at the start */
     struct bridge_results *results;
+    unsigned int *changed;      /* a sweep: 1: a push changed by more than the tolerance */
     unsigned long long *tally;  /* n_blocks + 1: found pairs */
     unsigned int *count;        /* n_blocks: records that were kept */
     unsigned long long *used;   /* a particle: colours of the pairs of its block; zeros */
@@ -58,6 +55,7 @@ struct bridge_work {
     int2 *sorted;               /* ends in the order of keys */
     struct bridge_records pair; /* by block, in the order of sweeps */
     float *push, *normal[3];    /* of a pair */
+    float *last_push;           /* one round before, where pushes go on */
     unsigned char *active;      /* 1: in short sweeps */
 };
 

@@ -14,10 +14,10 @@ struct held {
     float half_base, gap, quarter_draw, push, normal[3];
 };
 
-enum task { SWEEP_ALL, SWEEP_SHORT, PUSH_AGAIN };
+enum task { SWEEP_ALL, SWEEP_SHORT, PUSH_AGAIN, GO_ON };
 
 struct relaxation {
-    float omega, tolerance;
+    float omega, tolerance, stiff, share;
 };
 
 template <int dimension>
@@ -77,7 +77,8 @@ static __device__ __forceinline__ void part_discs(float *shift, int2 ends, float
 /* Solves a pair for its own push; returns by how much the push changed. */
 template <int dimension>
 static __device__ __forceinline__ float relax(const struct bridge_work &work, int64_t k,
-                                              const struct held &held, float *shift, float factor)
+                                              const struct held &held, float *shift,
+                                              const struct relaxation &relaxation)
 {
     float mine[3], other[3];
     get_shift<dimension>(shift, held.ends.x, mine);
@@ -86,12 +87,26 @@ static __device__ __forceinline__ float relax(const struct bridge_work &work, in
     for (int a = 1; a < dimension; a++) {
         along += held.normal[a] * (mine[a] - other[a]);
     }
-    float push =
-        bridge_relaxed(along, held.half_base, held.gap, held.quarter_draw, held.push, factor);
+    float push = bridge_relaxed(along, held.half_base, held.gap, held.quarter_draw, held.push,
+                                relaxation.omega);
     float change = push - held.push;
     work.push[k] = push;
     part_discs<dimension>(shift, held.ends, mine, other, held.normal, change);
-    return fabsf(change);
+    return bridge_change(change, push, relaxation.stiff);
+}
+
+/* Moves the push of a pair on by a share of what it changed in a round, and its discs. */
+template <int dimension>
+static __device__ __forceinline__ void go_on(const struct bridge_work &work, int64_t k,
+                                             const struct held &held, float *shift, float share)
+{
+    float mine[3], other[3];
+    float push = bridge_gone_on(held.push, share > 0.0f ? work.last_push[k] : held.push, share);
+    get_shift<dimension>(shift, held.ends.x, mine);
+    get_shift<dimension>(shift, held.ends.y, other);
+    work.last_push[k] = held.push;
+    work.push[k] = push;
+    part_discs<dimension>(shift, held.ends, mine, other, held.normal, push - held.push);
 }
 
 /* Draws a pair's line anew through the places that the first solve gave, and moves its discs by the
@@ -136,7 +151,11 @@ static __device__ __forceinline__ float work_on(const struct bridge_work &work, 
         push_again<dimension>(work, k, held);
         return 0.0f;
     }
-    float change = relax<dimension>(work, k, held, shift, relaxation.omega);
+    if (what == GO_ON) {
+        go_on<dimension>(work, k, held, shift, relaxation.share);
+        return 0.0f;
+    }
+    float change = relax<dimension>(work, k, held, shift, relaxation);
     if (what == SWEEP_ALL) {
         work.active[k] = change > relaxation.tolerance;
     }
@@ -201,32 +220,41 @@ static __device__ void each_block(const struct bridge_work &work, float *shift,
             float change = each_pair<dimension, what>(work, block, shift, relaxation);
             largest = change > largest ? change : largest;
         }
-        if (what != PUSH_AGAIN && __syncthreads_or(largest > relaxation.tolerance) &&
-            threadIdx.x == 0) {
+        if ((what == SWEEP_ALL || what == SWEEP_SHORT) &&
+            __syncthreads_or(largest > relaxation.tolerance) && threadIdx.x == 0) {
             *changed = 1; /* by whom, and how often, does not show */
         }
         grid.sync();
     }
 }
 
-/* Sweeps on the present lines: one over all pairs, then short ones over those that changed.
- * Returns the number of sweeps so far. */
+/* Rounds on the present lines: a sweep over all pairs, then short ones over those that changed, or,
+ * in a pressed scene, a push on. Returns the number of sweeps so far. *settled: 1 if it ended
+ * because nothing changed any more. */
 template <int dimension>
 static __device__ int settle(const struct bridge_work &work, float *shift, float tolerance,
-                             int rounds, int sweeps)
+                             int rounds, int sweeps, int *settled)
 {
-    volatile unsigned int *changed = work.results->changed;
+    volatile unsigned int *changed = work.changed;
+    *settled = 0;
     for (int round = 0; round < rounds; round++) {
         /* the first push of a pair without neighbours is exact and must not be overdone */
-        struct relaxation relaxation = {round == 0 ? 1.0f : work.plan.omega, tolerance};
-        each_block<dimension, SWEEP_ALL>(work, shift, relaxation, work.results->changed + sweeps);
+        struct relaxation relaxation = {round == 0 ? 1.0f : work.plan.omega, tolerance,
+                                        work.plan.stiff, bridge_share(&work.plan, round)};
+        each_block<dimension, SWEEP_ALL>(work, shift, relaxation, work.changed + sweeps);
         if (!changed[sweeps++]) {
+            *settled = 1;
             break;
+        }
+        if (work.plan.momentum > 0.0f) {
+            if (round + 1 < rounds) { /* what a solve ends with is what a sweep gave */
+                each_block<dimension, GO_ON>(work, shift, relaxation, NULL);
+            }
+            continue;
         }
         relaxation.omega = work.plan.omega;
         for (int k = 0; k < BRIDGE_SHORT_SWEEPS; k++) {
-            each_block<dimension, SWEEP_SHORT>(work, shift, relaxation,
-                                               work.results->changed + sweeps);
+            each_block<dimension, SWEEP_SHORT>(work, shift, relaxation, work.changed + sweeps);
             if (!changed[sweeps++]) {
                 break;
             }
@@ -250,13 +278,17 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS, RESIDENT)
     if (bridge_idle(work)) { /* all thread blocks see the same */
         return;
     }
-    struct relaxation none = {0.0f, 0.0f};
+    struct relaxation none = {0.0f, 0.0f, 0.0f, 0.0f};
+    int settled;
     float tolerance = tolerance_of(work);
-    int sweeps = settle<dimension>(work, work.shift[0], tolerance, work.plan.rounds[0], 0);
+    int sweeps =
+        settle<dimension>(work, work.shift[0], tolerance, work.plan.rounds[0], 0, &settled);
     each_block<dimension, PUSH_AGAIN>(work, work.shift[1], none, NULL);
-    sweeps = settle<dimension>(work, work.shift[1], tolerance, work.plan.rounds[1], sweeps);
+    sweeps =
+        settle<dimension>(work, work.shift[1], tolerance, work.plan.rounds[1], sweeps, &settled);
     if (gbg_cuda_index() == 0) {
         work.results->sweeps = (unsigned)sweeps;
+        work.results->stopped = work.plan.momentum > 0.0f && !settled;
     }
 }
 

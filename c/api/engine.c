@@ -252,8 +252,9 @@ int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t *flags)
 }
 
 static const char *const integer_names[] = {
-    "step",          "particles", "species",  "threads",     "list_builds",   "contact_rounds",
-    "contact_pairs", "reverted",  "repeated", "events_left", "overlaps_left", NULL};
+    "step",           "particles",       "species",       "threads",  "list_builds",
+    "contact_rounds", "contact_pairs",   "reverted",      "repeated", "events_left",
+    "unsettled",      "unsettled_pairs", "overlaps_left", NULL};
 
 int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *value)
 {
@@ -275,6 +276,8 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
                               engine->reverted,
                               engine->repeated,
                               engine->events_left,
+                              engine->unsettled,
+                              engine->unsettled_pairs,
                               0};
     int k = gbg_text_find(name, integer_names);
     if (k < 0) {

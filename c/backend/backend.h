@@ -83,7 +83,8 @@ struct gbg_contacts {
     int64_t rounds;  /* out: rounds (sweeps for the rule bridge) that moved somebody */
     int64_t pairs;   /* out: pushes, or events */
     int64_t left;    /* out: overlapping pairs left (0 unless rounds ran out) */
-    int64_t stopped; /* out: rule event: particles that reached the limit of events a step */
+    int64_t stopped; /* out: rule event: particles that reached the limit of events a step; rule
+                        bridge, pressed: 1 if its solve came to its limit of rounds */
     double largest;  /* out: largest move since the start of the step among those corrected */
     double virial;   /* out: sum over pushes of the distance half way times the displacement of one
                         disc */

@@ -42,9 +42,9 @@ static void put_real(FILE *file, const char *name, double value)
 /* Counters of the engine, all sums over the steps of this run. */
 static void put_counters(FILE *file, const struct gbg_run_report *report)
 {
-    static const char *const names[] = {"contact_rounds", "contact_pairs", "reverted",
-                                        "repeated",       "events_left",   "list_builds",
-                                        "overlaps_left"};
+    static const char *const names[] = {"contact_rounds",  "contact_pairs", "reverted",
+                                        "repeated",        "events_left",   "unsettled",
+                                        "unsettled_pairs", "list_builds",   "overlaps_left"};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
         int64_t value;
         if (gbg_engine_integer(report->session->engine, names[k], &value) == GBG_OK) {

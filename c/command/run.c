@@ -221,20 +221,44 @@ static int advance(struct job *job)
     return status ? status : save_restart(job, step);
 }
 
+/* What became of pairs that were hard to part. */
+static void print_cores(struct gbg_engine *engine)
+{
+    int64_t reverted = 0, repeated = 0, unfinished = 0, unsettled = 0, parted = 0, pushes = 0;
+    double fraction = 0;
+    gbg_engine_integer(engine, "reverted", &reverted);
+    gbg_engine_integer(engine, "repeated", &repeated);
+    gbg_engine_integer(engine, "events_left", &unfinished);
+    gbg_engine_integer(engine, "unsettled", &unsettled);
+    gbg_engine_integer(engine, "unsettled_pairs", &parted);
+    gbg_engine_integer(engine, "contact_pairs", &pushes);
+    gbg_engine_real(engine, "reverted_fraction", &fraction);
+    printf("put back       %lld moves, %.1e of all", (long long)reverted, fraction);
+    if (repeated > 0) {
+        printf("; %lld steps were corrected twice", (long long)repeated);
+    }
+    if (unfinished > 0) {
+        printf("; %lld times a particle had too many collisions in a step and went on straight",
+               (long long)unfinished);
+    }
+    printf("\n");
+    if (unsettled > 0) {
+        printf("unsettled      %lld solves of pressed contacts came to their limit of rounds; "
+               "%.2g %% of all pushes parted what they left\n",
+               (long long)unsettled, pushes > 0 ? 100.0 * (double)parted / (double)pushes : 0.0);
+    }
+}
+
 static void print_summary(const struct job *job)
 {
-    int64_t n = 0, rounds = 0, left = -1, reverted = 0, repeated = 0, unfinished = 0;
-    double dt = 0, busy = 0, fraction = 0;
+    int64_t n = 0, rounds = 0, left = -1;
+    double dt = 0, busy = 0;
     int cores = strcmp(gbg_session_text(&job->session, "excluded_volume.rule"), "none") != 0;
     int dimension;
     int64_t steps = job->steps - job->first;
     gbg_engine_size(job->session.engine, &n, &dimension);
     gbg_engine_integer(job->session.engine, "contact_rounds", &rounds);
     gbg_engine_integer(job->session.engine, "overlaps_left", &left);
-    gbg_engine_integer(job->session.engine, "reverted", &reverted);
-    gbg_engine_integer(job->session.engine, "repeated", &repeated);
-    gbg_engine_integer(job->session.engine, "events_left", &unfinished);
-    gbg_engine_real(job->session.engine, "reverted_fraction", &fraction);
     gbg_engine_real(job->session.engine, "dt", &dt);
     gbg_engine_real(job->session.engine, "seconds", &busy);
     printf("done           %s steps of %s particles, to time %g\n", gbg_count_text(steps),
@@ -249,15 +273,7 @@ static void print_summary(const struct job *job)
     }
     printf("overlaps left  %lld\n", (long long)left);
     if (cores) {
-        printf("put back       %lld moves, %.1e of all", (long long)reverted, fraction);
-        if (repeated > 0) {
-            printf("; %lld steps were corrected twice", (long long)repeated);
-        }
-        if (unfinished > 0) {
-            printf("; %lld times a particle had too many collisions in a step and went on straight",
-                   (long long)unfinished);
-        }
-        printf("\n");
+        print_cores(job->session.engine);
     }
     gbg_session_print_error(&job->session);
     if (job->out[0]) {

@@ -51,6 +51,7 @@ struct gbg_engine {
     struct gbg_moves moves;
     int forces_current; /* 1: force[] belongs to the present positions */
     int64_t contact_rounds, contact_pairs, reverted, repeated, events_left; /* sums over steps */
+    int64_t unsettled, unsettled_pairs; /* solves at their limit, and pushes on what they left */
     int64_t steps_made;    /* by this engine: what the reverted particles are a share of */
     double contact_virial; /* sum over steps of distance times the displacement of one disc */
 

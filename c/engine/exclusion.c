@@ -32,7 +32,7 @@ static int apply(struct gbg_engine *engine, gbg_corrector kernel, struct gbg_con
     if (status == GBG_OK) {
         engine->contact_rounds += contacts->rounds;
         engine->contact_pairs += contacts->pairs;
-        engine->events_left += contacts->stopped;
+        engine->events_left += kernel == engine->kernels->events ? contacts->stopped : 0;
         engine->contact_virial += contacts->virial;
         engine->moved = fmax(engine->moved, contacts->largest);
     }
@@ -72,7 +72,14 @@ static int correct(struct gbg_engine *engine, int parting, double largest_push)
     } else if (status == GBG_OK && rule == GBG_RULE_BRIDGE) {
         status = apply(engine, kernels->bridge, &contacts);
     }
-    return status || contacts.clear ? status : apply(engine, kernels->contacts, &contacts);
+    int unsettled = rule == GBG_RULE_BRIDGE && contacts.stopped;
+    engine->unsettled += unsettled;
+    if (status != GBG_OK || contacts.clear) {
+        return status;
+    }
+    status = apply(engine, kernels->contacts, &contacts);
+    engine->unsettled_pairs += unsettled && status == GBG_OK ? contacts.pairs : 0;
+    return status;
 }
 
 /* 1 if the particles' paths may be taken for straight lines from the start of the step to its end.

@@ -55,6 +55,9 @@ GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t 
  * where they were before the step because they overlapped or had passed through another after all
  * corrections; both sums over steps), "events_left" (rule event, sum over steps: particles that had as
  * many collisions in a step as the rule allows, went on straight and were parted in rounds),
+ * "unsettled" (rule bridge with forces over all pairs, sum over steps: solves that came to their limit
+ * of rounds before all pushes had settled) and "unsettled_pairs" (pushes of the rounds that parted
+ * what those left overlapping: few beside contact_pairs where the solves were good enough),
  * "overlaps_left" (pairs that overlap now, counted afresh over
  * all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step),
  * "packing", "bytes_per_particle", "reverted_fraction" (reverted over the moves that this engine

@@ -1,4 +1,4 @@
-/* Tests of a GPU against the CPU: the contact rule bridge, to the last bit. */
+assert_true(pairs > 0);/* Tests of a GPU against the CPU: the contact rule bridge, to the last bit. */
 #include "both.h"
 
 static struct made_particles made;
@@ -76,14 +76,15 @@ static void same_answers(const struct gbg_contacts *p, const struct gbg_contacts
     both_same_real(p->largest, q->largest, "the largest move");
 }
 
-static struct gbg_contacts one_call(struct gbg_engine *engine, uint64_t step)
+static struct gbg_contacts one_call(struct gbg_engine *engine, uint64_t step, int pressed)
 {
     const struct gbg_kernels *kernels = engine->kernels;
     struct gbg_contacts contacts = {.max_rounds = 1000,
                                     .tolerance = 0.9e-12,
                                     .cap = 0.25,
                                     .noise = &engine->noise,
-                                    .step = step};
+                                    .step = step,
+                                    .pressed = pressed};
     assert_int_equal(kernels->keep(engine->device, &engine->state), GBG_OK);
     assert_int_equal(kernels->integrate(engine->device, &engine->state, &engine->noise, step,
                                         engine->scene.dt, 1, &engine->moves),
@@ -97,13 +98,13 @@ static struct gbg_contacts one_call(struct gbg_engine *engine, uint64_t step)
 
 /* The rule alone, step after step, without the rounds that would follow. Returns the sum of its
  * pushes. */
-static int64_t compare_calls(struct both *both, int steps, const char *what)
+static int64_t compare_calls(struct both *both, int steps, int pressed, const char *what)
 {
     int64_t pairs = 0, clear = 0, n = both->engine[0]->state.owned;
     for (int step = 0; step < steps; step++) {
         struct gbg_contacts contacts[2];
         for (int b = 0; b < 2; b++) {
-            contacts[b] = one_call(both->engine[b], (uint64_t)step + (UINT64_C(1) << 33));
+            contacts[b] = one_call(both->engine[b], (uint64_t)step + (UINT64_C(1) << 33), pressed);
         }
         same_answers(&contacts[0], &contacts[1]);
         both_same_state(both);
@@ -161,7 +162,7 @@ static void dense_suspensions(void **state)
             permute(both.engine[0], order);
             permute(both.engine[1], order);
         }
-        int64_t pairs = compare_calls(&both, 12, dense->what);
+        int64_t pairs = compare_calls(&both, 12, 0, dense->what);
         assert_true(pairs > 0 || dense->temperature == 0.0);
         both_free(&both);
     }
@@ -194,7 +195,7 @@ static void many_blocks(void **state)
             id[i] = i;
         }
         struct both both = both_make(scene, &made);
-        assert_true(compare_calls(&both, 8, dimension == 2 ? "2D" : "3D") > 100);
+        assert_true(compare_calls(&both, 8, 0, dimension == 2 ? "2D" : "3D") > 100);
         both_free(&both);
         free(store);
         free(species);
@@ -244,6 +245,76 @@ static void whole_runs(void **state)
     }
 }
 
+/* The solve of pressed scenes: momentum, limits that grow with the layers, changes that count more
+ * where pushes are large. First without forces, in one block and in many; then engines whose forces
+ * over all pairs press a cluster together (strict: the same sum on both). */
+static void pressed_calls(void **state)
+{
+    (void)state;
+    struct gbg_context *context = made_context("cpu");
+    for (int k = 0; k < 3; k++) {
+        int dimension = k < 2 ? 2 : 3;
+        int64_t m = k == 0 ? 5 : k == 1 ? 60 : 13;
+        double spacing = dimension == 2 ? 1.0233 : 1.06, edge = (double)m * spacing;
+        double length[3] = {edge, edge * 1.004, edge * 1.01};
+        struct gbg_scene scene = bridge_scene(context, dimension, length);
+        made_lattice(&made, &scene, m, 0.45 * (1.0 - 1.0 / spacing));
+        struct both both = both_make(scene, &made);
+        int64_t pairs = compare_calls(&both, 6, 1, dimension == 2 ? "2D, pressed" : "3D, pressed");
+        assert_true(pairs > 0 || k == 2);
+        both_free(&both);
+    }
+    gbg_context_destroy(&context);
+}
+
+static void pressed_clusters(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        int dimension = k < 2 ? 2 : 3;
+        int64_t m = k == 0 ? 30 : k == 1 ? 12 : 8;
+        double edge = 4.0 * (double)m, length[3] = {edge, edge, edge};
+        char text[2][65];
+        struct gbg_context *context = made_context("cpu");
+        struct gbg_scene scene = bridge_scene(context, dimension, length);
+        scene.temperature = k == 1 ? 0.0 : 0.01;
+        scene.precision = GBG_PRECISION_STRICT;
+        scene.n_forces = 1;
+        scene.force[0] = (struct gbg_force){.power = 2.0, .sum = GBG_SUM_MINIMUM_IMAGE};
+        for (int s = 0; s < 2; s++) { /* all attract each other */
+            scene.species[s].alpha = 2.0;
+            scene.species[s].mobility = -1.0;
+        }
+        made_lattice(&made, &scene, m, 0.005);
+        for (int64_t i = 0; i < made.p.n; i++) { /* drawn together around the box's centre */
+            for (int a = 0; a < dimension; a++) {
+                made.store[a][i] = 1.02 / 4.0 * made.store[a][i];
+            }
+        }
+        struct both both = both_make(scene, &made);
+        for (int b = 0; b < 2; b++) {
+            if (gbg_engine_advance(both.engine[b], 40) != GBG_OK) {
+                fail_msg("%s", gbg_message(both.engine[b]->context));
+            }
+            assert_int_equal(gbg_engine_digest(both.engine[b], text[b]), GBG_OK);
+        }
+        const struct gbg_engine *p = both.engine[0], *q = both.engine[1];
+        assert_int_equal(p->contact_rounds, q->contact_rounds);
+        assert_int_equal(p->contact_pairs, q->contact_pairs);
+        assert_int_equal(p->unsettled, q->unsettled);
+        assert_int_equal(p->unsettled_pairs, q->unsettled_pairs);
+        both_same_real(p->contact_virial, q->contact_virial, "the virial");
+        both_same_state(&both);
+        print_message("%dD, pressed, %lld particles: %lld rounds, %lld solves unsettled, %s\n",
+                      dimension, (long long)made.p.n, (long long)p->contact_rounds,
+                      (long long)p->unsettled, text[0]);
+        assert_string_equal(text[0], text[1]);
+        assert_true(p->contact_pairs > 0);
+        both_free(&both);
+        gbg_context_destroy(&context);
+    }
+}
+
 static void place(int64_t n, const double *x, const double *y)
 {
     made.p =
@@ -270,7 +341,7 @@ static void few_particles(void **state)
         }
         struct both both = both_make(scene, &made);
         if (both.engine[0]->contacts) {
-            int64_t pairs = compare_calls(&both, 60, "few");
+            int64_t pairs = compare_calls(&both, 60, 0, "few");
             assert_true(n < 2 || pairs > 0);
         }
         both_free(&both);
@@ -307,7 +378,7 @@ static void one_large_disc(void **state)
         made.species[i] = i > 0;
     }
     struct both both = both_make(scene, &made);
-    int64_t pairs = compare_calls(&both, 20, "one disc of diameter 20");
+    int64_t pairs = compare_calls(&both, 20, 0, "one disc of diameter 20");
     assert_true(pairs > 0);
     both_free(&both);
     gbg_context_destroy(&context);
@@ -316,9 +387,10 @@ static void one_large_disc(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(few_particles),  cmocka_unit_test(dense_suspensions),
-        cmocka_unit_test(one_large_disc), cmocka_unit_test(many_blocks),
-        cmocka_unit_test(whole_runs),
+        cmocka_unit_test(few_particles),    cmocka_unit_test(dense_suspensions),
+        cmocka_unit_test(one_large_disc),   cmocka_unit_test(many_blocks),
+        cmocka_unit_test(whole_runs),       cmocka_unit_test(pressed_calls),
+        cmocka_unit_test(pressed_clusters),
     };
     return both_missing() ? BOTH_SKIPPED : cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* Tests of the contact rule bridge: its numbers, its law for a pair, its limit without noise. */
 #include "made_scene.h"
 
+#include "backend/cpu/bridge_pair.h"
 #include "backend/cpu/noise.h"
 
 static struct made_particles made;
@@ -291,6 +292,80 @@ static void same_bits(void **state)
     }
 }
 
+/* A cluster that forces over all pairs press together: the same bits on any threads and any
+ * instruction set (strict sums), and in parts, for nothing is kept from step to step. */
+static void pressed_same_bits(void **state)
+{
+    (void)state;
+    static const char *const contexts[] = {"cpu:threads=1", "cpu:threads=5", "poison:threads=2",
+                                           "cpu:threads=2,isa=avx2"};
+    for (int dimension = 2; dimension <= 3; dimension++) {
+        char expected[65] = "", text[65];
+        int64_t m = dimension == 2 ? 40 : 9;
+        double length[3] = {4.0 * (double)m, 4.0 * (double)m, 4.0 * (double)m};
+        for (size_t k = 0; k < 4; k++) {
+            struct gbg_context *context;
+            if (gbg_context_create(contexts[k], &context) != GBG_OK) {
+                continue;
+            }
+            if (k == 3 && strcmp(context->instructions, "generic") == 0) {
+                gbg_context_destroy(&context);
+                continue;
+            }
+            struct gbg_scene scene = bridge_scene(context, dimension, length);
+            scene.precision = GBG_PRECISION_STRICT;
+            scene.n_forces = 1;
+            scene.force[0] = (struct gbg_force){.power = 2.0, .sum = GBG_SUM_MINIMUM_IMAGE};
+            for (int s = 0; s < 2; s++) { /* all attract each other */
+                scene.species[s].alpha = 2.0;
+                scene.species[s].mobility = -1.0;
+            }
+            made_lattice(&made, &scene, m, 0.005);
+            for (int64_t i = 0; i < made.p.n; i++) {
+                for (int a = 0; a < dimension; a++) {
+                    made.store[a][i] *= 1.02 / 4.0;
+                }
+            }
+            struct gbg_engine *engine = made_engine(&scene, &made);
+            assert_int_equal(gbg_engine_advance(engine, k == 1 ? 7 : 20), GBG_OK);
+            assert_int_equal(gbg_engine_advance(engine, k == 1 ? 13 : 0), GBG_OK);
+            assert_true(engine->contact_pairs > 10 * made.p.n);
+            assert_int_equal(engine->reverted, 0);
+            assert_int_equal(gbg_engine_digest(engine, text), GBG_OK);
+            gbg_engine_free(engine);
+            gbg_context_destroy(&context);
+            if (!expected[0]) {
+                strcpy(expected, text);
+            }
+            assert_string_equal(text, expected);
+        }
+        print_message("%dD, pressed: %s\n", dimension, expected);
+    }
+}
+
+/* Limits of rounds: grow with the layers, stay in what memory was laid out for; without pressure
+ * there are the few rounds of short range. */
+static void rounds_follow_layers(void **state)
+{
+    (void)state;
+    struct bridge_plan plan = {.dimension = 2, .deviation = 0.01};
+    int last = 0;
+    for (int64_t n = 1; n < (int64_t)1 << 40; n *= 4) {
+        bridge_choose_sweeps(&plan, n, 1);
+        assert_true(plan.rounds[0] >= last && plan.rounds[0] + plan.rounds[1] <= 3072);
+        assert_true(plan.momentum >= 0.8f && plan.momentum < 1.0f && plan.stiff > 0.0f);
+        last = plan.rounds[0];
+    }
+    assert_true(last == BRIDGE_MOST_ROUNDS / 2);
+    assert_int_equal(bridge_layers(2, 16384), 128);
+    assert_int_equal(bridge_layers(2, 16385), 129);
+    assert_int_equal(bridge_layers(3, 4096), 16);
+    bridge_choose_sweeps(&plan, 16384, 0);
+    assert_true(plan.momentum == 0.0f && plan.stiff == 0.0f);
+    assert_int_equal(plan.rounds[0], BRIDGE_ROUNDS_FIRST);
+    assert_int_equal(plan.rounds[1], BRIDGE_ROUNDS_SECOND);
+}
+
 /* Moves what the state holds of particle order[k] to index k. */
 static void permute(struct gbg_state *state, const int64_t *order)
 {
@@ -384,6 +459,8 @@ int main(void)
         cmocka_unit_test(law_of_one_pair),
         cmocka_unit_test(without_noise),
         cmocka_unit_test(same_bits),
+        cmocka_unit_test(pressed_same_bits),
+        cmocka_unit_test(rounds_follow_layers),
         cmocka_unit_test(any_order_in_memory),
         cmocka_unit_test(no_overlap_after_any_step),
     };

@@ -64,6 +64,8 @@ static size_t lay_out(struct bridge *bridge, unsigned char *base)
     bridge->normal = take(base, &used, pairs, dimension * sizeof *bridge->normal);
     bridge->shape = take(base, &used, pairs, (2 * dimension + 1) * sizeof *bridge->shape);
     bridge->short_list = take(base, &used, pairs, sizeof *bridge->short_list);
+    bridge->last_push =
+        take(base, &used, bridge->plan.momentum > 0.0f ? pairs : 0, sizeof *bridge->last_push);
     bridge->raw = take(base, &used, bridge->threads * bridge->most, sizeof *bridge->raw);
     bridge->key = take(base, &used, bridge->threads * bridge->most, 2 * sizeof *bridge->key);
     return used;
@@ -313,6 +315,6 @@ int GBG_ISA_NAME(gbg_cpu_bridge)(struct gbg_device *device, struct gbg_state *st
         return GBG_OK;
     }
     make_records(&bridge);
-    contacts->rounds = bridge_solve(&bridge);
+    contacts->rounds = bridge_solve(&bridge, &contacts->stopped);
     return apply_pushes(&bridge, contacts);
 }

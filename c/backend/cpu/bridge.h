@@ -44,6 +44,7 @@ struct bridge {
     bridge_key *key;            /* threads x 2 most */
     int64_t most;               /* pairs of the fullest block */
     float *shift;               /* dimension a particle: sum of pushes */
+    float *last_push;           /* one round before, where pushes go on */
     uint64_t *used;             /* a particle: colours of the pairs of its block; zeros */
     int64_t *quanta;            /* the same in quanta, for the end */
 };
@@ -59,7 +60,8 @@ void bridge_find(struct bridge *bridge, int chunk);
 /* The records of a block, in the order of its sweeps, from its sorted pairs. */
 void bridge_make_records(struct bridge *bridge, int64_t block, struct bridge_raw *raw,
                          bridge_key *key);
-/* All sweeps; returns their number. */
-int64_t bridge_solve(struct bridge *bridge);
+/* All sweeps; returns their number. *stopped: 1 if the last solve, of a pressed scene, came to its
+ * limit of rounds. */
+int64_t bridge_solve(struct bridge *bridge, int64_t *stopped);
 
 #endif

@@ -45,17 +45,21 @@ enum { BRIDGE_COLOURS = 64 };
 #define BRIDGE_OMEGA 1.5f
 #define BRIDGE_TOLERANCE 1e-2f
 
-/* The same where forces of long range press a whole cluster together: its pushes add up from the
- * rim inwards, a layer in a sweep, and what few sweeps leave overlapping is thrown apart by rounds,
- * so that the cluster never closes. The first solve has to come near the second, for its lines are
- * far from the first ones. */
-#define BRIDGE_PRESSED_OMEGA 1.8f
+/* The same where forces of long range press a whole cluster together. Its pushes add up from the
+ * rim inwards, and in a packed cluster there are more pairs than ways to move, so that many sets of
+ * pushes give nearly the same places and plain sweeps choose between them very slowly. So there
+ * every round is one exact sweep (factor 1), after which all pushes go on by a share of what the
+ * round changed, at most 1 - BRIDGE_SLOWING/layers (Nesterov's momentum). The first solve has to
+ * come near the second, for its lines are far from the first ones. Layers: of a cluster of all
+ * particles, across; rounds grow with them. Measured in docs/accuracy.md. */
+#define BRIDGE_SLOWING 3.0
 enum {
     BRIDGE_SHORT_SWEEPS = 2,
     BRIDGE_ROUNDS_FIRST = 1,
     BRIDGE_ROUNDS_SECOND = 4,
-    BRIDGE_PRESSED_FIRST = 30,
-    BRIDGE_PRESSED_SECOND = 60
+    BRIDGE_PRESSED_ROUNDS = 20, /* and so many for each layer; in the second solve twice as many */
+    BRIDGE_PRESSED_LAYER = 2,
+    BRIDGE_MOST_ROUNDS = 2048 /* of a solve */
 };
 
 /* What a step is solved with; blocks are those of bridge.h. */
@@ -69,8 +73,10 @@ struct bridge_plan {
     float squared;     /* S^2 */
     float limit;       /* for the squared distances of the screen, in lengths */
     int64_t blocks[3], n_blocks;
-    int rounds[2]; /* of the two solves, at most */
-    float omega;   /* of their sweeps but the first */
+    int rounds[2];  /* of the two solves, at most */
+    float omega;    /* of their sweeps but the first */
+    float momentum; /* largest share of its change by which a push goes on; 0: it does not */
+    float stiff;    /* how much smaller changes have to be where pushes are large, per unit */
 };
 
 static inline double bridge_largest_contact(const struct gbg_state *state)
@@ -108,6 +114,36 @@ static inline void bridge_choose_blocks(struct bridge_plan *plan, const struct g
     }
 }
 
+/* Layers of a cluster of n particles: the root of n. Counted, for a root's last bit may differ. */
+static inline int64_t bridge_layers(int dimension, int64_t n)
+{
+    int64_t layers = 1;
+    while (layers * layers * (dimension == 2 ? 1 : layers) < n) {
+        layers++;
+    }
+    return layers;
+}
+
+/* How a step is solved: limits of rounds, factor, momentum, and what counts as settled. */
+static inline void bridge_choose_sweeps(struct bridge_plan *plan, int64_t n, int pressed)
+{
+    plan->rounds[0] = BRIDGE_ROUNDS_FIRST;
+    plan->rounds[1] = BRIDGE_ROUNDS_SECOND;
+    plan->omega = BRIDGE_OMEGA;
+    plan->momentum = plan->stiff = 0.0f;
+    if (pressed) {
+        int64_t layers = bridge_layers(plan->dimension, n);
+        int64_t rounds = BRIDGE_PRESSED_ROUNDS + BRIDGE_PRESSED_LAYER * layers;
+        double share = 1.0 - BRIDGE_SLOWING / (double)layers;
+        plan->rounds[0] = (int)(2 * rounds < BRIDGE_MOST_ROUNDS ? rounds : BRIDGE_MOST_ROUNDS / 2);
+        plan->rounds[1] = 2 * plan->rounds[0];
+        plan->omega = 1.0f;
+        plan->momentum = (float)(share > 0.8 ? share : 0.8);
+        /* a pair under a push p ends with a gap near S^2/(2 p), which has to be found to a share */
+        plan->stiff = plan->deviation > 0.0 ? (float)(0.25 / plan->deviation) : 0.0f;
+    }
+}
+
 /* The figures of a step for n particles with a list of that reach; 0: there is nothing to do. */
 static inline int bridge_make_plan(struct bridge_plan *plan, const struct gbg_state *state,
                                    int64_t n, double list_reach,
@@ -131,9 +167,7 @@ static inline int bridge_make_plan(struct bridge_plan *plan, const struct gbg_st
     plan->squared = (float)(plan->deviation * plan->deviation);
     double reach = plan->unit * (1.0 + plan->look);
     plan->limit = (float)(reach * reach * (1.0 + 1e-5)); /* room for rounding */
-    plan->rounds[0] = contacts->pressed ? BRIDGE_PRESSED_FIRST : BRIDGE_ROUNDS_FIRST;
-    plan->rounds[1] = contacts->pressed ? BRIDGE_PRESSED_SECOND : BRIDGE_ROUNDS_SECOND;
-    plan->omega = contacts->pressed ? BRIDGE_PRESSED_OMEGA : BRIDGE_OMEGA;
+    bridge_choose_sweeps(plan, n, contacts->pressed);
     bridge_choose_blocks(plan, &state->box, n);
     return 1;
 }
@@ -237,6 +271,26 @@ GBG_INLINE float bridge_relaxed(float along, float half_base, float gap, float q
     wanted = wanted > 0.0f ? wanted : 0.0f;
     float push = factor * wanted + (1.0f - factor) * old;
     return push > 0.0f ? push : 0.0f;
+}
+
+/* What a change of a push counts when it is asked whether pushes have settled. */
+GBG_INLINE float bridge_change(float change, float push, float stiff)
+{
+    return fabsf(change) * (1.0f + stiff * push);
+}
+
+/* The share of its last change by which a push goes on after a round. */
+GBG_INLINE float bridge_share(const struct bridge_plan *plan, int round)
+{
+    float share = (float)round / (float)(round + 3);
+    return share < plan->momentum ? share : plan->momentum;
+}
+
+/* Where a push goes on to; `last`: it was that one round before. */
+GBG_INLINE float bridge_gone_on(float push, float last, float share)
+{
+    float next = push + share * (push - last);
+    return next > 0.0f ? next : 0.0f;
 }
 
 /* Draws the line of a pair anew through the present places, which the discs' shifts (i less j)

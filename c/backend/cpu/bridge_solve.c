@@ -7,7 +7,7 @@
 enum { SOLVES = 2 };
 
 struct relaxation {
-    float omega, tolerance;
+    float omega, tolerance, stiff, share;
 };
 
 typedef float two __attribute__((vector_size(8)));
@@ -16,8 +16,10 @@ typedef float two __attribute__((vector_size(8)));
  * operations wait for each other: a processor has some eight pairs in flight, and the time of a
  * pair is the length of this chain by that number. Both axes of a flat box go through one register.
  */
-__attribute__((always_inline)) static inline float
-relax(struct bridge_pair *pair, const float *normal, float *shift, float factor, int dimension)
+__attribute__((always_inline)) static inline float relax(struct bridge_pair *pair,
+                                                         const float *normal, float *shift,
+                                                         const struct relaxation *relaxation,
+                                                         int dimension)
 {
     float *mine = shift + (int64_t)dimension * pair->i;
     float *other = shift + (int64_t)dimension * pair->j, along;
@@ -33,7 +35,8 @@ relax(struct bridge_pair *pair, const float *normal, float *shift, float factor,
                 normal[2] * (mine[2] - other[2]);
     }
     float old = pair->push;
-    float push = bridge_relaxed(along, pair->half_base, pair->gap, pair->quarter_draw, old, factor);
+    float push = bridge_relaxed(along, pair->half_base, pair->gap, pair->quarter_draw, old,
+                                relaxation->omega);
     float change = push - old;
     pair->push = push;
     if (dimension == 2) {
@@ -42,13 +45,13 @@ relax(struct bridge_pair *pair, const float *normal, float *shift, float factor,
         flat_other -= part;
         memcpy(mine, &flat_mine, sizeof n);
         memcpy(other, &flat_other, sizeof n);
-        return fabsf(change);
+        return bridge_change(change, push, relaxation->stiff);
     }
     for (int a = 0; a < dimension; a++) {
         mine[a] += change * normal[a];
         other[a] -= change * normal[a];
     }
-    return fabsf(change);
+    return bridge_change(change, push, relaxation->stiff);
 }
 
 __attribute__((always_inline)) static inline float
@@ -61,7 +64,7 @@ sweep_all(struct bridge *bridge, int64_t block, const struct relaxation *relaxat
     float largest = 0.0f;
     for (int64_t k = 0; k < n; k++) {
         float change =
-            relax(&pair[k], normal + dimension * k, bridge->shift, relaxation->omega, dimension);
+            relax(&pair[k], normal + dimension * k, bridge->shift, relaxation, dimension);
         largest = change > largest ? change : largest;
         list[kept] = (int32_t)k;
         kept += change > relaxation->tolerance;
@@ -81,7 +84,7 @@ __attribute__((always_inline)) static inline float sweep_short(struct bridge *br
     float largest = 0.0f;
     for (int64_t k = 0; k < n; k++) {
         float change = relax(&pair[list[k]], normal + dimension * list[k], bridge->shift,
-                             relaxation->omega, dimension);
+                             relaxation, dimension);
         largest = change > largest ? change : largest;
     }
     return largest;
@@ -103,7 +106,32 @@ static float push_again(struct bridge *bridge, int64_t block)
     return 0.0f;
 }
 
-enum task { SWEEP_ALL, SWEEP_SHORT, PUSH_AGAIN };
+/* Moves the pushes of a block on by a share of what they changed in a round, and their discs. */
+__attribute__((always_inline)) static inline void
+go_on(struct bridge *bridge, int64_t block, const struct relaxation *relaxation, int dimension)
+{
+    int64_t first = bridge->first[block], n = bridge->count[block];
+    struct bridge_pair *pair = bridge->pair + first;
+    const float *normal = bridge->normal + dimension * first;
+    float *last = bridge->last_push + first;
+    for (int64_t k = 0; k < n; k++) {
+        float *mine = bridge->shift + (int64_t)dimension * pair[k].i;
+        float *other = bridge->shift + (int64_t)dimension * pair[k].j;
+        /* nothing is kept of a round before the first */
+        float before = relaxation->share > 0.0f ? last[k] : pair[k].push;
+        float push = bridge_gone_on(pair[k].push, before, relaxation->share);
+        float change = push - pair[k].push;
+        last[k] = pair[k].push;
+        pair[k].push = push;
+        for (int a = 0; a < dimension; a++) {
+            float part = change * normal[dimension * k + a];
+            mine[a] += part;
+            other[a] -= part;
+        }
+    }
+}
+
+enum task { SWEEP_ALL, SWEEP_SHORT, PUSH_AGAIN, GO_ON };
 
 static float work_on(struct bridge *bridge, int64_t block, enum task task,
                      const struct relaxation *relaxation)
@@ -116,6 +144,13 @@ static float work_on(struct bridge *bridge, int64_t block, enum task task,
     case SWEEP_SHORT:
         return flat ? sweep_short(bridge, block, relaxation, 2)
                     : sweep_short(bridge, block, relaxation, 3);
+    case GO_ON:
+        if (flat) {
+            go_on(bridge, block, relaxation, 2);
+        } else {
+            go_on(bridge, block, relaxation, 3);
+        }
+        return 0.0f;
     default:
         return push_again(bridge, block);
     }
@@ -169,18 +204,29 @@ static void clear_shifts(struct bridge *bridge)
     memset(bridge->shift, 0, (size_t)n * sizeof *bridge->shift);
 }
 
-/* Sweeps on the present lines: one over all pairs, then short ones over those that changed. */
-static int64_t settle(struct bridge *bridge, float tolerance, int most)
+/* Rounds on the present lines: a sweep over all pairs, then short ones over those that changed, or,
+ * in a pressed scene, a push on. *settled: 1 if it ended because nothing changed any more. */
+static int64_t settle(struct bridge *bridge, float tolerance, int most, int *settled)
 {
+    const struct bridge_plan *plan = &bridge->plan;
     int64_t sweeps = 0;
+    *settled = 0;
     for (int round = 0; round < most; round++) {
         /* the first push of a pair without neighbours is exact and must not be overdone */
-        struct relaxation relaxation = {round == 0 ? 1.0f : bridge->plan.omega, tolerance};
+        struct relaxation relaxation = {round == 0 ? 1.0f : plan->omega, tolerance, plan->stiff,
+                                        bridge_share(plan, round)};
         sweeps++;
-        if (each_block(bridge, SWEEP_ALL, &relaxation) <= tolerance) {
+        *settled = each_block(bridge, SWEEP_ALL, &relaxation) <= tolerance;
+        if (*settled) {
             break;
         }
-        relaxation.omega = bridge->plan.omega;
+        if (plan->momentum > 0.0f) {
+            if (round + 1 < most) { /* what a solve ends with is what a sweep gave */
+                each_block(bridge, GO_ON, &relaxation);
+            }
+            continue;
+        }
+        relaxation.omega = plan->omega;
         for (int k = 0; k < BRIDGE_SHORT_SWEEPS; k++) {
             sweeps++;
             if (each_block(bridge, SWEEP_SHORT, &relaxation) <= tolerance) {
@@ -202,8 +248,9 @@ static float tolerance_of(const struct bridge *bridge)
     return BRIDGE_TOLERANCE * scale;
 }
 
-int64_t bridge_solve(struct bridge *bridge)
+int64_t bridge_solve(struct bridge *bridge, int64_t *stopped)
 {
+    int settled = 0;
     float tolerance = tolerance_of(bridge);
     int64_t sweeps = 0;
     clear_shifts(bridge);
@@ -213,7 +260,8 @@ int64_t bridge_solve(struct bridge *bridge)
             clear_shifts(bridge);
             each_block(bridge, PUSH_AGAIN, NULL);
         }
-        sweeps += settle(bridge, tolerance, bridge->plan.rounds[solve]);
+        sweeps += settle(bridge, tolerance, bridge->plan.rounds[solve], &settled);
     }
+    *stopped = bridge->plan.momentum > 0.0f && !settled;
     return sweeps;
 }
