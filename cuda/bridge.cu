@@ -150,14 +150,17 @@ static size_t lay_out(struct bridge_work *work, void *base, void **scan, size_t 
     int64_t n = work->n, blocks = work->plan.n_blocks, pairs = work->capacity;
     work->results =
         (struct bridge_results *)gbg_cuda_take(base, &used, 1, sizeof(struct bridge_results));
-    int sweeps = (work->plan.rounds[0] + work->plan.rounds[1]) * (1 + BRIDGE_SHORT_SWEEPS);
+    int sweeps = 0;
+    for (int k = 0; k < work->plan.solves; k++) {
+        sweeps += work->plan.rounds[k] * (1 + BRIDGE_SHORT_SWEEPS);
+    }
     work->changed = (unsigned int *)gbg_cuda_take(base, &used, sweeps, sizeof *work->changed);
     work->tally = (unsigned long long *)gbg_cuda_take(base, &used, blocks + 1, sizeof *work->tally);
     work->count = (unsigned int *)gbg_cuda_take(base, &used, blocks, sizeof *work->count);
     work->used = (unsigned long long *)gbg_cuda_take(base, &used, n, sizeof *work->used);
     work->quanta =
         (unsigned long long *)gbg_cuda_take(base, &used, n * dimension, sizeof *work->quanta);
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < work->plan.solves; k++) {
         work->shift[k] = (float *)gbg_cuda_take(base, &used, n * dimension, sizeof(float));
     }
     work->zero_bytes = used;

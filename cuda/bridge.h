@@ -37,13 +37,13 @@ struct bridge_work {
     int64_t n, capacity; /* pairs that there is memory for */
     /* zero at the start */
     struct bridge_results *results;
-    unsigned int *changed;      /* a sweep: 1: a push changed by more than the tolerance */
-    unsigned long long *tally;  /* n_blocks + 1: found pairs */
-    unsigned int *count;        /* n_blocks: records that were kept */
-    unsigned long long *used;   /* a particle: colours of the pairs of its block; zeros */
-    unsigned long long *quanta; /* dimension a particle: sum of pushes */
-    float *shift[2];            /* the same in units, for the first and the second solve */
-    size_t zero_bytes;          /* of all of these, from results on */
+    unsigned int *changed;       /* a sweep: 1: a push changed by more than the tolerance */
+    unsigned long long *tally;   /* n_blocks + 1: found pairs */
+    unsigned int *count;         /* n_blocks: records that were kept */
+    unsigned long long *used;    /* a particle: colours of the pairs of its block; zeros */
+    unsigned long long *quanta;  /* dimension a particle: sum of pushes */
+    float *shift[BRIDGE_SOLVES]; /* the same in units, for each solve */
+    size_t zero_bytes;           /* of all of these, from results on */
     /* not set at the start */
     int64_t *first; /* n_blocks + 1: where a block's pairs begin */
     int32_t *colours;

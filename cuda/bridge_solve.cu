@@ -18,6 +18,7 @@ enum task { SWEEP_ALL, SWEEP_SHORT, PUSH_AGAIN, GO_ON };
 
 struct relaxation {
     float omega, tolerance, stiff, share;
+    const float *before; /* shifts of the solve before */
 };
 
 template <int dimension>
@@ -109,15 +110,16 @@ static __device__ __forceinline__ void go_on(const struct bridge_work &work, int
     part_discs<dimension>(shift, held.ends, mine, other, held.normal, push - held.push);
 }
 
-/* Draws a pair's line anew through the places that the first solve gave, and moves its discs by the
- * shifts that its push stands for on it. */
+/* Draws a pair's line anew through the places that the solve before gave, and moves its discs by
+ * the shifts that its push stands for on it. */
 template <int dimension>
 static __device__ __forceinline__ void push_again(const struct bridge_work &work, int64_t k,
-                                                  struct held &held)
+                                                  struct held &held, const float *before,
+                                                  float *now)
 {
     float mine[3], other[3], start[3], free[3], shift[3];
-    get_shift<dimension>(work.shift[0], held.ends.x, mine);
-    get_shift<dimension>(work.shift[0], held.ends.y, other);
+    get_shift<dimension>(before, held.ends.x, mine);
+    get_shift<dimension>(before, held.ends.y, other);
     for (int a = 0; a < dimension; a++) {
         start[a] = work.pair.start[a][k];
         free[a] = work.pair.free[a][k];
@@ -129,9 +131,9 @@ static __device__ __forceinline__ void push_again(const struct bridge_work &work
         work.normal[a][k] = held.normal[a];
     }
     if (held.push > 0.0f) {
-        get_shift<dimension>(work.shift[1], held.ends.x, mine);
-        get_shift<dimension>(work.shift[1], held.ends.y, other);
-        part_discs<dimension>(work.shift[1], held.ends, mine, other, held.normal, held.push);
+        get_shift<dimension>(now, held.ends.x, mine);
+        get_shift<dimension>(now, held.ends.y, other);
+        part_discs<dimension>(now, held.ends, mine, other, held.normal, held.push);
     }
 }
 
@@ -148,7 +150,7 @@ static __device__ __forceinline__ float work_on(const struct bridge_work &work, 
         load<dimension>(work, k, held);
     }
     if (what == PUSH_AGAIN) {
-        push_again<dimension>(work, k, held);
+        push_again<dimension>(work, k, held, relaxation.before, shift);
         return 0.0f;
     }
     if (what == GO_ON) {
@@ -240,7 +242,7 @@ static __device__ int settle(const struct bridge_work &work, float *shift, float
     for (int round = 0; round < rounds; round++) {
         /* the first push of a pair without neighbours is exact and must not be overdone */
         struct relaxation relaxation = {round == 0 ? 1.0f : work.plan.omega, tolerance,
-                                        work.plan.stiff, bridge_share(&work.plan, round)};
+                                        work.plan.stiff, bridge_share(&work.plan, round), NULL};
         each_block<dimension, SWEEP_ALL>(work, shift, relaxation, work.changed + sweeps);
         if (!changed[sweeps++]) {
             *settled = 1;
@@ -278,14 +280,16 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS, RESIDENT)
     if (bridge_idle(work)) { /* all thread blocks see the same */
         return;
     }
-    struct relaxation none = {0.0f, 0.0f, 0.0f, 0.0f};
-    int settled;
+    int settled = 0, sweeps = 0;
     float tolerance = tolerance_of(work);
-    int sweeps =
-        settle<dimension>(work, work.shift[0], tolerance, work.plan.rounds[0], 0, &settled);
-    each_block<dimension, PUSH_AGAIN>(work, work.shift[1], none, NULL);
-    sweeps =
-        settle<dimension>(work, work.shift[1], tolerance, work.plan.rounds[1], sweeps, &settled);
+    for (int k = 0; k < work.plan.solves; k++) {
+        if (k > 0) {
+            struct relaxation none = {0.0f, 0.0f, 0.0f, 0.0f, work.shift[k - 1]};
+            each_block<dimension, PUSH_AGAIN>(work, work.shift[k], none, NULL);
+        }
+        sweeps = settle<dimension>(work, work.shift[k], tolerance, work.plan.rounds[k], sweeps,
+                                   &settled);
+    }
     if (gbg_cuda_index() == 0) {
         work.results->sweeps = (unsigned)sweeps;
         work.results->stopped = work.plan.momentum > 0.0f && !settled;

@@ -57,9 +57,10 @@ enum {
     BRIDGE_SHORT_SWEEPS = 2,
     BRIDGE_ROUNDS_FIRST = 1,
     BRIDGE_ROUNDS_SECOND = 4,
-    BRIDGE_PRESSED_ROUNDS = 20, /* and so many for each layer; in the second solve twice as many */
+    BRIDGE_PRESSED_ROUNDS = 20, /* of a solve, and so many for each layer */
     BRIDGE_PRESSED_LAYER = 2,
-    BRIDGE_MOST_ROUNDS = 2048 /* of a solve */
+    BRIDGE_MOST_ROUNDS = 1024,
+    BRIDGE_SOLVES = 3 /* at most */
 };
 
 /* What a step is solved with; blocks are those of bridge.h. */
@@ -73,8 +74,8 @@ struct bridge_plan {
     float squared;     /* S^2 */
     float limit;       /* for the squared distances of the screen, in lengths */
     int64_t blocks[3], n_blocks;
-    int rounds[2];  /* of the two solves, at most */
-    float omega;    /* of their sweeps but the first */
+    int solves, rounds[BRIDGE_SOLVES]; /* on lines drawn anew; rounds of each, at most */
+    float omega;                       /* of their sweeps but the first */
     float momentum; /* largest share of its change by which a push goes on; 0: it does not */
     float stiff;    /* how much smaller changes have to be where pushes are large, per unit */
 };
@@ -127,6 +128,7 @@ static inline int64_t bridge_layers(int dimension, int64_t n)
 /* How a step is solved: limits of rounds, factor, momentum, and what counts as settled. */
 static inline void bridge_choose_sweeps(struct bridge_plan *plan, int64_t n, int pressed)
 {
+    plan->solves = 2;
     plan->rounds[0] = BRIDGE_ROUNDS_FIRST;
     plan->rounds[1] = BRIDGE_ROUNDS_SECOND;
     plan->omega = BRIDGE_OMEGA;
@@ -135,8 +137,10 @@ static inline void bridge_choose_sweeps(struct bridge_plan *plan, int64_t n, int
         int64_t layers = bridge_layers(plan->dimension, n);
         int64_t rounds = BRIDGE_PRESSED_ROUNDS + BRIDGE_PRESSED_LAYER * layers;
         double share = 1.0 - BRIDGE_SLOWING / (double)layers;
-        plan->rounds[0] = (int)(2 * rounds < BRIDGE_MOST_ROUNDS ? rounds : BRIDGE_MOST_ROUNDS / 2);
-        plan->rounds[1] = 2 * plan->rounds[0];
+        plan->solves = BRIDGE_SOLVES;
+        for (int k = 0; k < plan->solves; k++) {
+            plan->rounds[k] = (int)(rounds < BRIDGE_MOST_ROUNDS ? rounds : BRIDGE_MOST_ROUNDS);
+        }
         plan->omega = 1.0f;
         plan->momentum = (float)(share > 0.8 ? share : 0.8);
         /* a pair under a push p ends with a gap near S^2/(2 p), which has to be found to a share */

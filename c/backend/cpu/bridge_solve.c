@@ -4,8 +4,6 @@
 
 #include "backend/cpu/bridge.h"
 
-enum { SOLVES = 2 };
-
 struct relaxation {
     float omega, tolerance, stiff, share;
 };
@@ -254,7 +252,7 @@ int64_t bridge_solve(struct bridge *bridge, int64_t *stopped)
     float tolerance = tolerance_of(bridge);
     int64_t sweeps = 0;
     clear_shifts(bridge);
-    for (int solve = 0; solve < SOLVES; solve++) {
+    for (int solve = 0; solve < bridge->plan.solves; solve++) {
         if (solve > 0) {
             turn_all_lines(bridge);
             clear_shifts(bridge);
