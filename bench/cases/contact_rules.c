@@ -24,7 +24,7 @@ static int report(struct gbg_bench *bench, const char *what, const char *rule, i
         .unit = "particle-steps",
         .n = n,
         .work = work->particle_steps,
-        .seconds = {work->wall, work->core},
+        .seconds = {work->wall, work->core, 0.0}, /* no mean: one run */
         .error_rms = fabs(value.mean - reference) / fabs(reference),
         .error_median = NAN,
         .measured = {rule, quantity, dt, value.mean, value.error, reference},
@@ -222,6 +222,9 @@ static int open_dense(struct gbg_bench *bench, const char *rule, int limit)
         int c3 = k == 2 || k == 3;
         double packing = c3 ? 0.79 : 0.52;
         status = dense(bench, k, rule, 0.01, quick ? 2 : c3 ? 6 : 24, packing, NAN);
+        for (int part = 2; part <= 4 && limit && !c3 && status == GBG_OK; part += 2) {
+            status = dense(bench, k, rule, 0.01 / part, quick ? 2 : 24, packing, NAN);
+        }
         if ((c3 || limit) && status == GBG_OK) {
             status = dense(bench, k, rule, 0.000625, quick ? 2 : c3 ? 4 : 24, packing, NAN);
         }

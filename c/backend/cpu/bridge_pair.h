@@ -57,10 +57,10 @@ enum {
     BRIDGE_SHORT_SWEEPS = 2,
     BRIDGE_ROUNDS_FIRST = 1,
     BRIDGE_ROUNDS_SECOND = 4,
-    BRIDGE_PRESSED_ROUNDS = 20, /* of a solve, and so many for each layer */
+    BRIDGE_PRESSED_ROUNDS = 20, /* and so many for each layer; in the last solve twice as many */
     BRIDGE_PRESSED_LAYER = 2,
-    BRIDGE_MOST_ROUNDS = 1024,
-    BRIDGE_SOLVES = 3 /* at most */
+    BRIDGE_MOST_ROUNDS = 2048, /* of a solve */
+    BRIDGE_SOLVES = 3          /* at most */
 };
 
 /* What a step is solved with; blocks are those of bridge.h. */
@@ -139,7 +139,8 @@ static inline void bridge_choose_sweeps(struct bridge_plan *plan, int64_t n, int
         double share = 1.0 - BRIDGE_SLOWING / (double)layers;
         plan->solves = BRIDGE_SOLVES;
         for (int k = 0; k < plan->solves; k++) {
-            plan->rounds[k] = (int)(rounds < BRIDGE_MOST_ROUNDS ? rounds : BRIDGE_MOST_ROUNDS);
+            int64_t most = k + 1 < plan->solves ? rounds : 2 * rounds;
+            plan->rounds[k] = (int)(most < BRIDGE_MOST_ROUNDS ? most : BRIDGE_MOST_ROUNDS);
         }
         plan->omega = 1.0f;
         plan->momentum = (float)(share > 0.8 ? share : 0.8);
