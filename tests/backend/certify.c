@@ -50,6 +50,9 @@ static void jumps(void **state)
     struct seen seen = {0};
     static const double jump[] = {0.0, 1e-9, 0.05, 0.4, 0.9, 1.6, 6.0};
     for (int k = 0; k < 4 * MIXTURES; k++) {
+        if (!both_takes(k)) {
+            continue;
+        }
         int dimension = 2 + k % 2;
         struct gbg_context *context = made_context("cpu");
         struct gbg_scene scene = made_scene(context, dimension, boxes[dimension - 2][k / 2 % 2]);
@@ -76,8 +79,9 @@ static void jumps(void **state)
     print_message("%lld overlap, %lld passed, %lld undecided, %lld by lists, %lld by cells\n",
                   (long long)seen.overlapping, (long long)seen.passed, (long long)seen.undecided,
                   (long long)seen.listed, (long long)seen.cells);
-    assert_true(seen.overlapping > 100 && seen.passed > 20 && seen.undecided > 0 &&
-                seen.listed > 100 && seen.cells > 20);
+    assert_true(seen.overlapping > 100 / both_part() && seen.passed > 20 / both_part());
+    assert_true(seen.undecided > 0 || both_part() > 1);
+    assert_true(seen.listed > 100 / both_part() && seen.cells > 20 / both_part());
 }
 
 /* Two particles at contact (1 - 1e-12) and a few quanta nearer or farther, across an edge. */
@@ -122,6 +126,9 @@ static void roll_backs(void **state)
     int64_t all = 0, not_all = 0;
     static const double jump[] = {0.0, 0.1, 0.4, 1.3};
     for (int k = 0; k < 4 * MIXTURES; k++) {
+        if (!both_takes(k)) {
+            continue;
+        }
         int dimension = 2 + k % 2;
         struct gbg_context *context = made_context("cpu");
         struct gbg_scene scene = made_scene(context, dimension, boxes[dimension - 2][k / 2 % 2]);
@@ -155,7 +162,7 @@ static void roll_backs(void **state)
         gbg_context_destroy(&context);
     }
     print_message("%lld put back\n", (long long)all);
-    assert_true(all > 1000 && not_all > 10);
+    assert_true(all > 1000 / both_part() && not_all > 10 / both_part());
 }
 
 static void small_numbers(void **state)
@@ -163,6 +170,9 @@ static void small_numbers(void **state)
     (void)state;
     double length[3] = {4.4, 4.6, 4.4}; /* fewer than three cells an axis */
     for (int k = 0; k < 10; k++) {
+        if (!both_takes(k)) {
+            continue;
+        }
         int dimension = 2 + k % 2;
         struct gbg_context *context = made_context("cpu");
         struct gbg_scene scene = made_scene(context, dimension, length);

@@ -121,6 +121,9 @@ static void rule_is_the_same(void **state)
     };
     int64_t events = 0, stopped;
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        if (!both_takes((int)c)) {
+            continue;
+        }
         char name[96];
         int dimension = cases[c].dimension, m = cases[c].m;
         double volume = dimension == 2 ? acos(-1.0) / 4.0 : acos(-1.0) / 6.0;
@@ -152,7 +155,7 @@ static void rule_is_the_same(void **state)
         both_free(&both);
         gbg_context_destroy(&context);
     }
-    assert_true(events > 10000);
+    assert_true(events > 10000 / both_part());
 }
 
 /* Nobody, one, two that meet, 33; and boxes so small that a pair meets in several images. */
@@ -220,6 +223,9 @@ static void runs_are_the_same(void **state)
         {3, 12, 50, 12.0 * 1.06, 0.02},  {3, 8, 6, 8.42, 0.1},
     };
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        if (!both_takes((int)c)) {
+            continue;
+        }
         double length[3] = {cases[c].length, cases[c].length, cases[c].length};
         struct gbg_context *context = made_context("cpu");
         struct gbg_scene scene = made_scene(context, cases[c].dimension, length);

@@ -235,6 +235,9 @@ static void direct_sums_are_right(void **state)
     static const int64_t sizes[] = {0, 1, 2, 33, 255, 257, 1000, 8191, 8192, 9217, 16384, 20000};
     static const double powers[] = {2.0, 1.0, 6.0, 3.0, 2.3, 4.0, 5.0, 8.0};
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        if (!both_takes((int)k)) {
+            continue;
+        }
         for (int c = 0; c < 4; c++) {
             spread(2 + c % 2, sizes[k], c < 2 ? SQUARE : OBLONG, 1.0);
             set.power = c % 2 == (int)(k % 2) ? 2.0 : powers[(k + (size_t)c) % 8];
@@ -253,6 +256,9 @@ static void clusters_keep_their_precision(void **state)
 {
     (void)state;
     for (int c = 0; c < 12; c++) {
+        if (!both_takes(c)) {
+            continue;
+        }
         double part = c < 4 ? 0.4 : c < 8 ? 0.003 : 1e-8;
         spread(2 + c % 2, c / 2 % 2 ? 9000 : 1200, c < 6 ? SQUARE : OBLONG, part);
         for (int64_t i = 0; i < set.n / 3; i++) { /* the others far away */
@@ -406,9 +412,9 @@ static void compare_many(int dimension, int64_t n, int power, int equal)
     print_message("%dD, N = %lld, power %d, strengths %s: RMS(dF)/RMS(F) %.2e, of terms %.2e\n",
                   dimension, (long long)n, power, equal ? "equal" : "of their own",
                   sqrt(error / size), worst);
-    /* in a volume terms of power 1 grow towards the edge and all but cancel: there the error is held
-     * against their sizes alone, below one rounding of them */
-    int cancels = power < dimension - 1;
+    /* where a far shell counts no less than a near one they all but cancel: there the error is held
+     * against the sizes of terms alone, below one rounding of them */
+    int cancels = power < dimension;
     assert_true(size > 0.0 && (cancels || sqrt(error / size) < 1e-6));
     assert_true(worst < (cancels ? 0x1p-24 : 5e-6));
     free(m.position);
@@ -422,6 +428,9 @@ static void sums_of_many_are_right(void **state)
     for (int c = 0; c < 4; c++) {
         int dimension = 2 + c % 2, equal = c / 2;
         for (int power = 1; power <= 6; power++) {
+            if (!both_takes(power)) {
+                continue;
+            }
             compare_many(dimension, 1 << 17, power, equal);
         }
         compare_many(dimension, 20000, 2, equal);
@@ -444,6 +453,9 @@ static void long_range_runs_are_the_same(void **state)
                                       {2, 37, 200, 1, 2, {1.0, 6.0}, 1.6},
                                       {2, 33, 100, 2, 2, {2.5, 9.0}, 1.4}};
     for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {
+        if (!both_takes((int)k)) {
+            continue;
+        }
         const struct run *run = &runs[k];
         double length[3];
         struct gbg_context *context = made_context("cpu");

@@ -144,6 +144,9 @@ static void runs_are_the_same(void **state)
     (void)state;
     struct gbg_context *context = made_context("cpu");
     for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {
+        if (!both_takes((int)k)) {
+            continue;
+        }
         const struct run *run = &runs[k];
         struct both both = start(run, context);
         int64_t builds[2];
