@@ -7,8 +7,9 @@ usage() {
 usage: roofline.sh [OPTION...] PROGRAM...       PROGRAM...: the program gamboge, with what stands before it
   --out DIR      keeps the tables of ncu and what it said there (default: a folder that is removed)
   --n N          particles (default 1048576)
-  --seconds S    limit of each of the nine runs (default 60); what it has measured by then is lost
-  --count K      launches measured a run (default 24)
+  --seconds S    limit of each of the ten runs (default 60); what it has measured by then is lost
+  --count K      launches measured a run (default 24); those that returned at once, behind the end of a batch of steps, are left out
+  --scenes RE    only runs whose whole names match, as in "S10( bounce)?" (default .*)
   --backend B    default cuda:0
 Needs ncu and the right to read hardware counters. Clocks are left as they are, caches too: a kernel finds in L2 what the one before
 left there. Percentages of the SM (issue slots, xu = special functions, alu, fma, fp64, L1) are of its active cycles, those of L2
@@ -17,9 +18,9 @@ END
 }
 
 here=$(cd "$(dirname "$0")" && pwd)
-out='' n=1048576 seconds=60 count=24 backend=cuda:0
+out='' n=1048576 seconds=60 count=24 scenes='.*' backend=cuda:0
 # shellcheck disable=SC2034
-script=roofline.sh options='out n seconds count backend'
+script=roofline.sh options='out n seconds count scenes backend'
 . "$here/options.sh"
 [ $# -gt 0 ] || complain "no program is given (--help)"
 command -v ncu >/dev/null || complain "there is no ncu here"
@@ -48,6 +49,7 @@ failed=0 first=1
 measure() {
     name=$1 skip=$2 launches=$3 kernels=$4 case=$5 only=$6
     shift 6
+    printf '%s\n' "$name" | grep -qxE -e "$scenes" || return 0
     file=$out/$(echo "$name" | tr ' ,' '__')
     timeout -k 5 "$seconds" ncu --clock-control none --cache-control none --csv --print-units base --target-processes all \
         --kernel-name "regex:$kernels" --launch-skip "$skip" --launch-count "$launches" --kill yes --metrics "$metrics" \
@@ -64,9 +66,10 @@ measure() {
 
 # Steps in the steady state: some hundred launches after the start. --kill yes ends the program when enough are measured.
 measure "S10" 380 "$count" . short-range "S10, no hard" "$@"
-measure "S10 bounce" 900 "$count" . short-range "S10, hard" "$@"
+measure "S10 bounce" 750 "$count" . short-range "S10, hard" "$@"
 measure "S10 bridge" 3000 "$count" . short-range "S10, rule bridge" "$@"
-measure "C3 bounce" 900 "$count" . short-range "C3 short, hard" "$@"
+measure "C3 bounce" 750 "$count" . short-range "C3 short, hard" "$@"
+measure "C4 bounce" 750 "$count" . short-range "C4 short, hard" "$@"
 measure "C3 bridge" 3000 "$count" . short-range "C3 short, rule bridge" "$@"
 # Lists are built in few of the steps; the first ones at the start.
 measure "S10 list" 0 "$count" 'find_cells|lay_out|find_rows|sort_rows|sift_rows|count_wide|fill_wide|sort_wide|invert|remember' short-range "S10, no hard" "$@"

@@ -134,7 +134,6 @@ static int64_t same_rows(struct lists *lists)
         int64_t end = offset[s] + (int64_t)width[s] * GBG_CUDA_SLICE;
         entries = end > entries ? end : entries;
     }
-    int32_t *index = both_copy(gpu, q->index, (size_t)entries * 4);
     char *taken = calloc((size_t)entries / GBG_CUDA_SLICE + 1, 1);
     for (int64_t s = 0; s < q->slices; s++) { /* in any order, but none over another */
         assert_true(offset[s] >= 0);
@@ -142,14 +141,16 @@ static int64_t same_rows(struct lists *lists)
         for (int32_t k = 0; k < width[s]; k++) {
             assert_int_equal(taken[offset[s] / GBG_CUDA_SLICE + k]++, 0);
         }
-        int64_t here = same_slice(lists->list[0], s, width[s], index + offset[s]);
+        int32_t *index =
+            both_copy(gpu, q->index + offset[s], (size_t)width[s] * GBG_CUDA_SLICE * sizeof *index);
+        int64_t here = same_slice(lists->list[0], s, width[s], index);
+        free(index);
         assert_int_equal(here, width[s]);
         longest = here > longest ? here : longest;
     }
     free(taken);
     free(offset);
     free(width);
-    free(index);
     return longest;
 }
 
