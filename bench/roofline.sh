@@ -66,10 +66,10 @@ measure() {
 
 # Steps in the steady state: some hundred launches after the start. --kill yes ends the program when enough are measured.
 measure "S10" 380 "$count" . short-range "S10, no hard" "$@"
-measure "S10 bounce" 750 "$count" . short-range "S10, hard" "$@"
+measure "S10 bounce" 750 "$((3 * count))" . short-range "S10, hard" "$@"
 measure "S10 bridge" 3000 "$count" . short-range "S10, rule bridge" "$@"
-measure "C3 bounce" 750 "$count" . short-range "C3 short, hard" "$@"
-measure "C4 bounce" 750 "$count" . short-range "C4 short, hard" "$@"
+measure "C3 bounce" 750 "$((3 * count))" . short-range "C3 short, hard" "$@"
+measure "C4 bounce" 750 "$((3 * count))" . short-range "C4 short, hard" "$@"
 measure "C3 bridge" 3000 "$count" . short-range "C3 short, rule bridge" "$@"
 # Lists are built in few of the steps; the first ones at the start.
 measure "S10 list" 0 "$count" 'find_cells|lay_out|find_rows|sort_rows|sift_rows|count_wide|fill_wide|sort_wide|invert|remember' short-range "S10, no hard" "$@"
