@@ -149,9 +149,10 @@ sheet() {
 }
 
 # share FILE: one line of the shares of the particles that took part, C0 to C4, from what render said.
+# Empty where frame 0 was drawn: that run did not come to its end.
 shares() {
-    sed -n 's/ //g; s/.*pixels,\([0-9]*\)of\([0-9]*\)took.*/\1 \2/p' "$1" |
-        awk '{line = line sprintf(",%.4f", $1 / $2)} END {print line}'
+    sed -n 's/ //g; s/.*:frame\([0-9]*\)of.*pixels,\([0-9]*\)of\([0-9]*\)took.*/\1 \2 \3/p' "$1" |
+        awk '{line = line ($1 > 0 ? sprintf(",%.4f", $2 / $3) : ",")} END {print line}'
 }
 
 names_of() { # names_of WORD: C0_WORD ... C4_WORD
