@@ -284,19 +284,7 @@ static void pressed_clusters(void **state)
         struct gbg_context *context = made_context("cpu");
         struct gbg_scene scene = bridge_scene(context, dimension, length);
         scene.temperature = k == 1 ? 0.0 : 0.01;
-        scene.precision = GBG_PRECISION_STRICT;
-        scene.n_forces = 1;
-        scene.force[0] = (struct gbg_force){.power = 2.0, .sum = GBG_SUM_MINIMUM_IMAGE};
-        for (int s = 0; s < 2; s++) { /* all attract each other */
-            scene.species[s].alpha = 2.0;
-            scene.species[s].mobility = -1.0;
-        }
-        made_lattice(&made, &scene, m, 0.005);
-        for (int64_t i = 0; i < made.p.n; i++) { /* drawn together around the box's centre */
-            for (int a = 0; a < dimension; a++) {
-                made.store[a][i] = 1.02 / 4.0 * made.store[a][i];
-            }
-        }
+        made_pressed(&made, &scene, m);
         struct both both = both_make(scene, &made);
         for (int b = 0; b < 2; b++) {
             if (gbg_engine_advance(both.engine[b], 40) != GBG_OK) {

@@ -92,6 +92,26 @@ static inline void made_lattice(struct made_particles *made, const struct gbg_sc
     }
 }
 
+/* A lattice of m particles a side in a box of edge 4 m, drawn together around the origin until they
+ * all but touch, that attract each other over all distances. Sums are strict: the same bits
+ * everywhere. */
+static inline void made_pressed(struct made_particles *made, struct gbg_scene *scene, int64_t m)
+{
+    scene->precision = GBG_PRECISION_STRICT;
+    scene->n_forces = 1;
+    scene->force[0] = (struct gbg_force){.power = 2.0, .sum = GBG_SUM_MINIMUM_IMAGE};
+    for (int s = 0; s < 2; s++) {
+        scene->species[s].alpha = 2.0;
+        scene->species[s].mobility = -1.0;
+    }
+    made_lattice(made, scene, m, 0.005);
+    for (int64_t i = 0; i < made->p.n; i++) {
+        for (int a = 0; a < scene->dimension; a++) {
+            made->store[a][i] *= 1.02 / 4.0;
+        }
+    }
+}
+
 static inline struct gbg_engine *made_engine(struct gbg_scene *scene,
                                              const struct made_particles *made)
 {
