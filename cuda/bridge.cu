@@ -5,10 +5,13 @@
 
 #include "cuda/kernels.h"
 
-enum { APPLY_THREADS = 256 };
+enum {
+    APPLY_THREADS = 256,
+    MOST_PARTS = 32 /* thread blocks that add up the pushes of a block */
+};
 
-/* What the pushes of a block, a thread block's, move its discs by, in quanta, opposite to the last
- * bit. */
+/* What the pushes of a block, one or more thread blocks', move its discs by, in quanta, opposite to
+ * the last bit. */
 template <int dimension>
 static __global__ void __launch_bounds__(BRIDGE_THREADS)
     sum_quanta(const __grid_constant__ struct gbg_state state,
@@ -22,7 +25,8 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS)
     int64_t first = work.first[blockIdx.x];
     uint32_t n = work.count[blockIdx.x], pairs = 0;
     long long virial = 0;
-    for (uint32_t k = threadIdx.x; k < n; k += BRIDGE_THREADS) {
+    for (uint32_t k = blockIdx.y * BRIDGE_THREADS + threadIdx.x; k < n;
+         k += gridDim.y * BRIDGE_THREADS) {
         float push = work.push[first + k];
         if (push > 0.0f) {
             int2 ends = work.pair.ends[first + k];
@@ -157,7 +161,6 @@ static size_t lay_out(struct bridge_work *work, void *base, void **scan, size_t 
     work->changed = (unsigned int *)gbg_cuda_take(base, &used, sweeps, sizeof *work->changed);
     work->tally = (unsigned long long *)gbg_cuda_take(base, &used, blocks + 1, sizeof *work->tally);
     work->count = (unsigned int *)gbg_cuda_take(base, &used, blocks, sizeof *work->count);
-    work->used = (unsigned long long *)gbg_cuda_take(base, &used, n, sizeof *work->used);
     work->quanta =
         (unsigned long long *)gbg_cuda_take(base, &used, n * dimension, sizeof *work->quanta);
     for (int k = 0; k < work->plan.solves; k++) {
@@ -174,6 +177,7 @@ static size_t lay_out(struct bridge_work *work, void *base, void **scan, size_t 
     work->key = (bridge_key *)gbg_cuda_take(base, &used, pairs, sizeof *work->key);
     work->other = (bridge_key *)gbg_cuda_take(base, &used, pairs, sizeof *work->other);
     work->sorted = (int2 *)gbg_cuda_take(base, &used, pairs, sizeof *work->sorted);
+    work->used = (unsigned long long *)gbg_cuda_take(base, &used, 2 * pairs, sizeof *work->used);
     lay_records(&work->pair, base, &used, pairs, dimension);
     work->push = (float *)gbg_cuda_take(base, &used, pairs, sizeof *work->push);
     for (int a = 0; a < dimension; a++) {
@@ -195,9 +199,11 @@ static int start_moves(struct gbg_device *device, const struct gbg_state *state,
     unsigned some = 4u * (unsigned)device->multiprocessors;
     unsigned all = gbg_cuda_blocks(work->n, APPLY_THREADS);
     unsigned grid = all < some ? all : some;
+    unsigned blocks = (unsigned)work->plan.n_blocks, each = some / blocks;
+    each = each < 1 ? 1 : each < MOST_PARTS ? each : MOST_PARTS;
     auto *summing = flat ? sum_quanta<2> : sum_quanta<3>;
     auto *applying = flat ? apply<2> : apply<3>;
-    summing<<<(unsigned)work->plan.n_blocks, BRIDGE_THREADS, 0, device->stream>>>(*state, *work);
+    summing<<<dim3(blocks, each), BRIDGE_THREADS, 0, device->stream>>>(*state, *work);
     applying<<<grid, APPLY_THREADS, 0, device->stream>>>(*state, list->rows, *work, slack);
     look_again<<<some, BRIDGE_THREADS, 0, device->stream>>>(*state, *work, least);
     return gbg_cuda_started(device, "bridge: moving particles");
@@ -228,7 +234,7 @@ static int attempt(struct gbg_device *device, struct gbg_state *state, struct gb
     }
     status = gbg_cuda_clear(device, base, work->zero_bytes);
     status = status ? status : gbg_cuda_bridge_find(device, state, list, work, scan, scan_bytes);
-    status = status ? status : gbg_cuda_bridge_order(device, state, work);
+    status = status ? status : gbg_cuda_bridge_order(device, list->bridge, state, work);
     status = status ? status : gbg_cuda_bridge_solve(device, list->bridge, work);
     return status ? status : start_moves(device, state, list, work, slack, least);
 }
@@ -244,8 +250,23 @@ static int keep_work(struct gbg_device *device, struct gbg_list *list)
     if (status == GBG_OK) {
         list->bridge = (struct gbg_cuda_bridge *)kept;
         list->bridge->capacity = 2 * list->rows.n + 1024;
+        list->bridge->slots = GBG_CUDA_BRIDGE_SLOTS;
     }
     return status;
+}
+
+int gbg_cuda_bridge_limit(struct gbg_device *device, struct gbg_list *list, int slots)
+{
+    int status = keep_work(device, list);
+    if (status == GBG_OK) {
+        list->bridge->slots = slots;
+    }
+    return status;
+}
+
+int64_t gbg_cuda_bridge_spilled(const struct gbg_list *list)
+{
+    return list->bridge ? list->bridge->spilled : 0;
 }
 
 void gbg_cuda_bridge_release(struct gbg_device *device, struct gbg_list *list)
@@ -346,6 +367,7 @@ int gbg_cuda_bridge(struct gbg_device *device, struct gbg_state *state, struct g
     if (status != GBG_OK) {
         return status;
     }
+    list->bridge->spilled = seen.spilled;
     if (seen.found == 0) {
         contacts->clear = 1;
         return GBG_OK;

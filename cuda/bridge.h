@@ -10,7 +10,14 @@
 #include "cuda/cuda.h"
 #include "cuda/list.h"
 
-enum { BRIDGE_THREADS = 128 };
+/* Threads of a thread block; of those that have a block to themselves 1, 2, .. 2^BRIDGE_WIDEST
+ * times as many (bridge_wider). */
+enum {
+    BRIDGE_THREADS = 128,
+    BRIDGE_WIDEST = 3,
+    BRIDGE_MOST_THREADS = BRIDGE_THREADS << BRIDGE_WIDEST
+};
+static const unsigned BRIDGE_WARP = 0xFFFFFFFFu;
 
 /* What a call found out, on the device and fetched once. All zero at its start. */
 struct bridge_results {
@@ -20,6 +27,7 @@ struct bridge_results {
     unsigned int depth;                   /* bits of the deepest overlap after the free moves */
     unsigned int stale, overlapping, sweeps;
     unsigned int stopped; /* 1: the last solve, of a pressed scene, came to its limit of rounds */
+    unsigned int spilled; /* blocks whose discs did not fit into a table in shared memory */
 };
 
 /* Records of pairs. */
@@ -35,12 +43,12 @@ struct bridge_work {
     uint64_t step;
     const int *halt;     /* of a batch of steps; NULL: none */
     int64_t n, capacity; /* pairs that there is memory for */
+    unsigned int slots;  /* of a table in shared memory, for the discs of a block */
     /* zero at the start */
     struct bridge_results *results;
     unsigned int *changed;       /* a sweep: 1: a push changed by more than the tolerance */
     unsigned long long *tally;   /* n_blocks + 1: found pairs */
     unsigned int *count;         /* n_blocks: records that were kept */
-    unsigned long long *used;    /* a particle: colours of the pairs of its block; zeros */
     unsigned long long *quanta;  /* dimension a particle: sum of pushes */
     float *shift[BRIDGE_SOLVES]; /* the same in units, for each solve */
     size_t zero_bytes;           /* of all of these, from results on */
@@ -52,7 +60,8 @@ struct bridge_work {
     int32_t *found_block;
     struct bridge_records raw;  /* by block */
     bridge_key *key, *other;    /* of them */
-    int2 *sorted;               /* ends in the order of keys */
+    int2 *sorted;               /* slots of their ends in a table, in the order of keys */
+    unsigned long long *used;   /* 2 a pair: colours of the pairs of a disc, in tables elsewhere */
     struct bridge_records pair; /* by block, in the order of sweeps */
     float *push, *normal[3];    /* of a pair */
     float *last_push;           /* one round before, where pushes go on */
@@ -62,7 +71,12 @@ struct bridge_work {
 /* Kept from call to call. */
 struct gbg_cuda_bridge {
     int64_t capacity;
-    int resident[2]; /* thread blocks of a solve that fit on the device at a time; 2D, 3D */
+    int slots; /* of a table in shared memory, at most: GBG_CUDA_BRIDGE_SLOTS, fewer in tests */
+    int64_t spilled; /* of the last call */
+    /* asked once; 0: not yet */
+    int shared;  /* bytes of shared memory of a multiprocessor */
+    int room[2]; /* of a thread block that orders, 2D, 3D; less what it always has */
+    int resident[2][BRIDGE_WIDEST + 1]; /* thread blocks of a solve that fit on the device */
 };
 
 /* For batches of steps (steps.cu), before the first: takes the memory of the rule, so that no step
@@ -81,8 +95,9 @@ int gbg_cuda_bridge_start(struct gbg_device *device, struct gbg_state *state, st
 int gbg_cuda_bridge_find(struct gbg_device *device, const struct gbg_state *state,
                          const struct gbg_list *list, const struct bridge_work *work, void *scan,
                          size_t scan_bytes);
-int gbg_cuda_bridge_order(struct gbg_device *device, const struct gbg_state *state,
-                          const struct bridge_work *work);
+/* Chooses work->slots. */
+int gbg_cuda_bridge_order(struct gbg_device *device, struct gbg_cuda_bridge *kept,
+                          const struct gbg_state *state, struct bridge_work *work);
 /* Bytes of scratch for gbg_cuda_bridge_find. */
 size_t gbg_cuda_bridge_scan_bytes(int64_t n_blocks);
 /* Starts all sweeps. */
@@ -125,6 +140,33 @@ GBG_INLINE int64_t bridge_block(const struct bridge_plan *plan, int colour, int6
         k /= along;
     }
     return block;
+}
+
+/* How wide thread blocks are for so many blocks at a time, a thread block each: a thread for each
+ * pair of a colour, of which there are at most half as many as discs, where there is room for them.
+ */
+static inline int bridge_wider(const struct gbg_device *device, const struct bridge_work *work,
+                               int64_t blocks)
+{
+    int64_t pairs = work->n / (2 * work->plan.n_blocks);
+    int64_t room = (int64_t)device->multiprocessors * BRIDGE_MOST_THREADS;
+    int wider = 0;
+    while (wider < BRIDGE_WIDEST && BRIDGE_THREADS << wider < pairs &&
+           blocks * (2 * BRIDGE_THREADS << wider) <= room) {
+        wider++;
+    }
+    return wider;
+}
+
+/* Sum of the counts of the lanes up to this one. */
+static __device__ __forceinline__ unsigned bridge_warp_upto(unsigned count)
+{
+    unsigned lane = threadIdx.x & 31u;
+    for (unsigned step = 1; step < 32; step *= 2) {
+        unsigned before = __shfl_up_sync(BRIDGE_WARP, count, step);
+        count += lane >= step ? before : 0u;
+    }
+    return count;
 }
 
 /* 1 if there is nothing to work on: no pair, or more than there is memory for, and the host will

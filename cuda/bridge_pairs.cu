@@ -1,12 +1,9 @@
-/* L1, CUDA: rule bridge: which pairs a step has to solve, and their records in the order of sweeps.
- */
+/* L1, CUDA: rule bridge: which pairs a step has to solve, and their records, by block. */
 #include "cuda/bridge.h"
 
 #include <cub/cub.cuh>
 
 #include "backend/cpu/noise.h"
-
-static const unsigned WARP = 0xFFFFFFFFu;
 
 /* Bit k: slot base + k of this lane's row holds a pair that may be near, met for the first time. */
 template <int dimension>
@@ -30,17 +27,12 @@ static __device__ unsigned near_bits(const struct gbg_cuda_rows &rows, const int
 /* Where this lane's `count` entries begin: one addition to the total a warp. */
 static __device__ unsigned long long places(unsigned long long *total, unsigned count)
 {
-    int lane = (int)(threadIdx.x & 31u);
-    unsigned upto = count;
-    for (int step = 1; step < 32; step *= 2) {
-        unsigned before = __shfl_up_sync(WARP, upto, (unsigned)step);
-        upto += lane >= step ? before : 0u;
-    }
+    unsigned upto = bridge_warp_upto(count);
     unsigned long long start = 0;
-    if (lane == 31 && upto > 0) {
+    if ((threadIdx.x & 31u) == 31 && upto > 0) {
         start = atomicAdd(total, (unsigned long long)upto);
     }
-    return __shfl_sync(WARP, start, 31) + (upto - count);
+    return __shfl_sync(BRIDGE_WARP, start, 31) + (upto - count);
 }
 
 /* A thread a particle. Counts on where memory ends. */
@@ -130,248 +122,6 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS)
     }
 }
 
-/* A block's part of the arrays. */
-struct part {
-    int64_t first;
-    uint32_t n;
-    bridge_key *key, *other;
-    const int2 *ends; /* unordered */
-    int2 *sorted;
-};
-
-/* Keys are spread over bins by their top bits. */
-enum { BIN_BITS = 10, BINS = 1 << BIN_BITS, BINS_A_THREAD = BINS / BRIDGE_THREADS };
-typedef cub::BlockScan<uint32_t, BRIDGE_THREADS> bin_scan;
-
-static __device__ __forceinline__ uint32_t bin_of(bridge_key key)
-{
-    return (uint32_t)(key >> (64 - BIN_BITS));
-}
-
-/* Where bins begin, from their counts. */
-static __device__ void scan_bins(uint32_t *bin)
-{
-    __shared__ typename bin_scan::TempStorage scratch;
-    uint32_t own[BINS_A_THREAD];
-    for (int k = 0; k < BINS_A_THREAD; k++) {
-        own[k] = bin[threadIdx.x * BINS_A_THREAD + k];
-    }
-    bin_scan(scratch).ExclusiveSum(own, own);
-    for (int k = 0; k < BINS_A_THREAD; k++) {
-        bin[threadIdx.x * BINS_A_THREAD + k] = own[k];
-    }
-}
-
-static __device__ bool precedes(const struct gbg_state &state, const int2 *ends, bridge_key a,
-                                bridge_key b)
-{
-    if (a >> 32 != b >> 32) {
-        return a >> 32 < b >> 32;
-    }
-    int2 first = ends[(uint32_t)a], second = ends[(uint32_t)b];
-    return bridge_precedes(&state, first.x, first.y, second.x, second.y);
-}
-
-/* Sorts keys into `other`: into bins, and each bin by insertion. */
-static __device__ void sort_keys(const struct gbg_state &state, const struct part &part)
-{
-    __shared__ uint32_t bin[BINS];
-    for (uint32_t b = threadIdx.x; b < BINS; b += BRIDGE_THREADS) {
-        bin[b] = 0;
-    }
-    __syncthreads();
-    for (uint32_t k = threadIdx.x; k < part.n; k += BRIDGE_THREADS) {
-        atomicAdd(&bin[bin_of(part.key[k])], 1u);
-    }
-    __syncthreads();
-    scan_bins(bin);
-    __syncthreads();
-    for (uint32_t k = threadIdx.x; k < part.n; k += BRIDGE_THREADS) {
-        bridge_key key = part.key[k];
-        part.other[atomicAdd(&bin[bin_of(key)], 1u)] = key;
-    }
-    __syncthreads();
-    for (uint32_t b = threadIdx.x; b < BINS; b += BRIDGE_THREADS) {
-        uint32_t begin = b > 0 ? bin[b - 1] : 0, end = bin[b]; /* now the ends of the bins */
-        for (uint32_t k = begin + 1; k < end; k++) {
-            bridge_key own = part.other[k];
-            uint32_t place = k;
-            while (place > begin && precedes(state, part.ends, own, part.other[place - 1])) {
-                part.other[place] = part.other[place - 1];
-                place--;
-            }
-            part.other[place] = own;
-        }
-    }
-    __syncthreads();
-}
-
-/* For every 32 pairs in the order of keys, which of the earlier ones among them share a disc with
- * a pair: a mask in `key`. Also lays the ends down in this order. */
-static __device__ void note_conflicts(const struct part &part)
-{
-    uint32_t lane = threadIdx.x & 31u;
-    for (uint32_t base = threadIdx.x - lane; base < part.n; base += BRIDGE_THREADS) {
-        uint32_t k = base + lane, mask = 0;
-        int2 ends = k < part.n ? part.ends[(uint32_t)part.other[k]] : make_int2(-1, -1);
-        for (uint32_t other = 0; other < 31; other++) {
-            int i = __shfl_sync(WARP, ends.x, (int)other),
-                j = __shfl_sync(WARP, ends.y, (int)other);
-            bool shared = i == ends.x || i == ends.y || j == ends.x || j == ends.y;
-            mask |= (uint32_t)(shared && other < lane) << other;
-        }
-        if (k < part.n) {
-            part.sorted[k] = ends;
-            part.key[k] = mask;
-        }
-    }
-    __syncthreads();
-}
-
-/* The lowest colour that is free at both discs of a pair, or the last. */
-static __device__ int take_colour(unsigned long long *used, int2 ends)
-{
-    unsigned long long first = used[ends.x], second = used[ends.y], taken = first | second;
-    int colour = ~taken ? __ffsll((long long)~taken) - 1 : BRIDGE_COLOURS - 1;
-    used[ends.x] = first | 1ull << colour;
-    used[ends.y] = second | 1ull << colour;
-    return colour;
-}
-
-/* The greedy colouring in the order of keys, by one warp: 32 pairs at a time, each as soon as no
- * earlier one of them that shares a disc is left. `key` receives the colour and the place among
- * the pairs of that colour, counted in `counter`. */
-static __device__ void colour_pairs(const struct part &part, unsigned long long *used,
-                                    uint32_t *counter)
-{
-    uint32_t lane = threadIdx.x & 31u;
-    int2 next = make_int2(0, 0);
-    uint32_t next_mask = 0;
-    if (lane < part.n) {
-        next = part.sorted[lane];
-        next_mask = (uint32_t)part.key[lane];
-    }
-    for (uint32_t base = 0; base < part.n; base += 32) {
-        uint32_t k = base + lane, mask = next_mask;
-        bool here = k < part.n;
-        int2 ends = next;
-        int colour = -1;
-        if (k + 32 < part.n) { /* fetched ahead */
-            next = part.sorted[k + 32];
-            next_mask = (uint32_t)part.key[k + 32];
-        }
-        unsigned pending = __ballot_sync(WARP, here);
-        while (pending) {
-            bool ready = (pending >> lane & 1u) && !(mask & pending);
-            if (ready) {
-                colour = take_colour(used, ends);
-            }
-            __syncwarp();
-            pending &= ~__ballot_sync(WARP, ready);
-        }
-        unsigned same = __match_any_sync(WARP, colour);
-        uint32_t before = here ? counter[colour] : 0;
-        __syncwarp();
-        unsigned earlier = same & ((1u << lane) - 1u);
-        if (here && !earlier) {
-            counter[colour] = before + (uint32_t)__popc(same);
-        }
-        __syncwarp();
-        if (here) {
-            part.key[k] = (bridge_key)(uint32_t)colour << 32 | (before + (uint32_t)__popc(earlier));
-        }
-    }
-}
-
-/* Where colours begin; tables for the sweeps. Every colour below a used one is used. */
-static __device__ void close_colours(const struct bridge_work &work, int64_t block,
-                                     uint32_t *counter)
-{
-    uint32_t end = 0;
-    int colour = 0;
-    for (; colour < BRIDGE_COLOURS && counter[colour] > 0; colour++) {
-        uint32_t begin = end;
-        end += counter[colour];
-        counter[colour] = begin;
-        work.colour_end[block * BRIDGE_COLOURS + colour] = end;
-    }
-    work.colours[block] = colour;
-}
-
-/* Puts the records of a block into the order of sweeps. */
-template <int dimension>
-static __device__ void lay_records(const struct bridge_work &work, const struct part &part,
-                                   const uint32_t *begin)
-{
-    float depth = 0.0f;
-    for (uint32_t k = threadIdx.x; k < part.n; k += BRIDGE_THREADS) {
-        bridge_key place = part.key[k];
-        int64_t from = part.first + (uint32_t)part.other[k];
-        int64_t to = part.first + begin[place >> 32] + (uint32_t)place;
-        int2 ends = part.sorted[k];
-        float half_base = work.raw.half_base[from], gap = work.raw.gap[from];
-        float distance = work.raw.distance[from], overlap = bridge_depth(gap, half_base);
-        depth = overlap > depth ? overlap : depth;
-        work.pair.ends[to] = ends;
-        work.pair.half_base[to] = half_base;
-        work.pair.gap[to] = gap;
-        work.pair.quarter_draw[to] = work.raw.quarter_draw[from];
-        work.pair.distance[to] = distance;
-        work.push[to] = 0.0f;
-        for (int a = 0; a < dimension; a++) {
-            float start = work.raw.start[a][from];
-            work.pair.start[a][to] = start;
-            work.pair.free[a][to] = work.raw.free[a][from];
-            work.normal[a][to] = bridge_half_unit(start, distance);
-        }
-        work.used[ends.x] = work.used[ends.y] = 0;
-    }
-    unsigned bits = __reduce_max_sync(WARP, (unsigned)__float_as_int(depth));
-    if ((threadIdx.x & 31u) == 0 && bits > 0) {
-        atomicMax(&work.results->depth, bits);
-    }
-}
-
-/* The records of the blocks of one colour, a thread block each: they share no disc. */
-template <int dimension>
-static __global__ void __launch_bounds__(BRIDGE_THREADS)
-    order(const __grid_constant__ struct gbg_state state,
-          const __grid_constant__ struct bridge_work work, int colour)
-{
-    __shared__ uint32_t counter[BRIDGE_COLOURS];
-    int64_t block = bridge_block(&work.plan, colour, blockIdx.x);
-    if (bridge_idle(work)) {
-        return;
-    }
-    int64_t first = work.first[block];
-    struct part part = {first,
-                        work.count[block],
-                        work.key + first,
-                        work.other + first,
-                        work.raw.ends + first,
-                        work.sorted + first};
-    if (part.n == 0) {
-        if (threadIdx.x == 0) {
-            work.colours[block] = 0;
-        }
-        return;
-    }
-    if (threadIdx.x < BRIDGE_COLOURS) {
-        counter[threadIdx.x] = 0;
-    }
-    sort_keys(state, part); /* waits for all threads */
-    note_conflicts(part);
-    if (threadIdx.x < 32) {
-        colour_pairs(part, work.used, counter);
-        __syncwarp();
-        if (threadIdx.x == 0) {
-            close_colours(work, block, counter);
-        }
-    }
-    __syncthreads();
-    lay_records<dimension>(work, part, counter);
-}
-
 size_t gbg_cuda_bridge_scan_bytes(int64_t n_blocks)
 {
     size_t bytes = 0;
@@ -405,17 +155,4 @@ int gbg_cuda_bridge_find(struct gbg_device *device, const struct gbg_state *stat
         status = gbg_cuda_started(device, "bridge: measuring pairs");
     }
     return status;
-}
-
-int gbg_cuda_bridge_order(struct gbg_device *device, const struct gbg_state *state,
-                          const struct bridge_work *work)
-{
-    auto *ordering = work->plan.dimension == 2 ? order<2> : order<3>;
-    unsigned blocks = (unsigned)bridge_of_colour(&work->plan);
-    for (int colour = 0; colour < 8; colour++) {
-        if (bridge_has_colour(&work->plan, colour)) {
-            ordering<<<blocks, BRIDGE_THREADS, 0, device->stream>>>(*state, *work, colour);
-        }
-    }
-    return gbg_cuda_started(device, "bridge: ordering pairs");
 }

@@ -5,9 +5,6 @@
 
 #include <cooperative_groups.h>
 
-/* Thread blocks on a multiprocessor: with 132 of these a colour of 2^20 particles goes at once. */
-enum { RESIDENT = 8 };
-
 /* A pair, as a sweep wants it. */
 struct held {
     int2 ends;
@@ -181,7 +178,7 @@ static __device__ float each_pair(const struct bridge_work &work, int64_t block,
     for (int colour = 0; colour < colours; colour++) {
         begin = end;
         end = ends[colour];
-        uint32_t stride = BRIDGE_THREADS, k = begin + threadIdx.x;
+        uint32_t stride = blockDim.x, k = begin + threadIdx.x;
         if (colour == BRIDGE_COLOURS - 1) {
             k = threadIdx.x == 0 ? begin : end;
             stride = 1;
@@ -274,7 +271,7 @@ static __device__ float tolerance_of(const struct bridge_work &work)
 }
 
 template <int dimension>
-static __global__ void __launch_bounds__(BRIDGE_THREADS, RESIDENT)
+static __global__ void __launch_bounds__(BRIDGE_MOST_THREADS)
     solve(const __grid_constant__ struct bridge_work work)
 {
     if (bridge_idle(work)) { /* all thread blocks see the same */
@@ -297,11 +294,11 @@ static __global__ void __launch_bounds__(BRIDGE_THREADS, RESIDENT)
 }
 
 /* Thread blocks of the kernel that fit on the device. */
-static int ask_resident(struct gbg_device *device, int *resident, const void *kernel)
+static int ask_resident(struct gbg_device *device, int *resident, const void *kernel, int threads)
 {
     int each = 0;
     int status = gbg_cuda_status(
-        device, cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, BRIDGE_THREADS, 0),
+        device, cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, threads, 0),
         "bridge: asking the device");
     *resident = each * device->multiprocessors;
     return status;
@@ -312,17 +309,18 @@ int gbg_cuda_bridge_solve(struct gbg_device *device, struct gbg_cuda_bridge *kep
 {
     int flat = work->plan.dimension == 2;
     const void *kernel = flat ? (const void *)solve<2> : (const void *)solve<3>;
-    int *resident = &kept->resident[flat ? 0 : 1];
-    int status = *resident > 0 ? GBG_OK : ask_resident(device, resident, kernel);
+    int64_t blocks = bridge_of_colour(&work->plan);
+    int wider = bridge_wider(device, work, blocks), threads = BRIDGE_THREADS << wider;
+    int *resident = &kept->resident[flat ? 0 : 1][wider];
+    int status = *resident > 0 ? GBG_OK : ask_resident(device, resident, kernel, threads);
     if (status != GBG_OK) {
         return status;
     }
-    int64_t blocks = bridge_of_colour(&work->plan);
     unsigned grid = (unsigned)(blocks < *resident ? blocks : *resident);
     struct bridge_work copy = *work;
     void *arguments[] = {&copy};
     return gbg_cuda_status(device,
-                           cudaLaunchCooperativeKernel(kernel, dim3(grid), dim3(BRIDGE_THREADS),
+                           cudaLaunchCooperativeKernel(kernel, dim3(grid), dim3((unsigned)threads),
                                                        arguments, 0, device->stream),
                            "bridge: sweeps");
 }

@@ -8,7 +8,7 @@ struct gbg_device;
 struct gbg_list;
 struct gbg_state;
 
-enum { GBG_CUDA_SLICE = 32 };
+enum { GBG_CUDA_SLICE = 32, GBG_CUDA_BRIDGE_SLOTS = 8192 };
 
 /* What kernels read of a list: passed to them by value. Local coordinates, shift and scale are
  * those of backend/cpu/list.h, bit for bit, and so are the neighbours in a row and their order
@@ -56,6 +56,11 @@ int gbg_cuda_lists_build(struct gbg_device *device, struct gbg_state *state, str
  * nothing is changed, if the scene cannot do without; the sentence is that of before. */
 int gbg_cuda_list_unlist(struct gbg_device *device, const struct gbg_state *state,
                          struct gbg_list *list);
+/* The slots of the tables that the rule bridge has in shared memory, for the discs of a block each:
+ * at most so many from its next call on (at first GBG_CUDA_BRIDGE_SLOTS); and how many blocks of
+ * its last call needed more and had their tables elsewhere. Results are the same. */
+int gbg_cuda_bridge_limit(struct gbg_device *device, struct gbg_list *list, int slots);
+int64_t gbg_cuda_bridge_spilled(const struct gbg_list *list);
 #ifdef __cplusplus
 }
 #endif

@@ -1,6 +1,10 @@
 /* Tests of a GPU against the CPU: the contact rule bridge, to the last bit. */
 #include "both.h"
 
+#ifdef GBG_WITH_CUDA
+#include "cuda/rows.h"
+#endif
+
 static struct made_particles made;
 
 static struct gbg_scene bridge_scene(struct gbg_context *context, int dimension,
@@ -139,6 +143,7 @@ static const struct dense_case dense_cases[] = {
     {"3D", 3, 15, 1.08, 0.01, 1, 0, 0},
     {"3D, permuted, large ids", 3, 12, 1.05, 0.04, 5, (int64_t)1 << 33, 1},
     {"3D, one block", 3, 4, 1.1, 0.02, 1, 0, 0},
+
 };
 
 static void dense_suspensions(void **state)
@@ -378,6 +383,82 @@ static void one_large_disc(void **state)
     gbg_context_destroy(&context);
 }
 
+#ifdef GBG_WITH_CUDA
+/* The GPU's tables of the discs of a block: in shared memory where they fit, else elsewhere, with
+ * the same bits. */
+struct table_case {
+    const char *what;
+    int dimension;
+    int64_t m;
+    int slots;
+    int64_t spilled; /* blocks whose tables are elsewhere */
+};
+
+static const struct table_case table_cases[] = {
+    {"2D, tables in shared memory", 2, 60, GBG_CUDA_BRIDGE_SLOTS, 0},
+    {"2D, small tables in shared memory", 2, 60, 2000, 0},
+    {"2D, tables that are too small", 2, 60, 300, 4},
+    {"2D, one block, no tables", 2, 15, 0, 1},
+    {"3D, tables in shared memory", 3, 15, GBG_CUDA_BRIDGE_SLOTS, 0},
+    {"3D, tables that are too small", 3, 15, 100, 8},
+};
+
+static void limit_tables(struct both *both, int slots)
+{
+    struct gbg_engine *engine = both->engine[1];
+    assert_int_equal(gbg_cuda_bridge_limit(engine->device, engine->contacts, slots), GBG_OK);
+}
+
+static void tables_of_discs(void **state)
+{
+    (void)state;
+    struct gbg_context *context = made_context("cpu");
+    for (size_t c = 0; c < sizeof table_cases / sizeof *table_cases; c++) {
+        const struct table_case *table = &table_cases[c];
+        double spacing = table->dimension == 2 ? 1.0233 : 1.06, edge = spacing * (double)table->m;
+        double length[3] = {edge, edge, edge};
+        struct gbg_scene scene = bridge_scene(context, table->dimension, length);
+        made_lattice(&made, &scene, table->m, 0.45 * (1.0 - 1.0 / spacing));
+        struct both both = both_make(scene, &made);
+        limit_tables(&both, table->slots);
+        assert_true(compare_calls(&both, 6, 0, table->what) > 0);
+        assert_int_equal(gbg_cuda_bridge_spilled(both.engine[1]->contacts), table->spilled);
+        both_free(&both);
+    }
+    gbg_context_destroy(&context);
+}
+
+/* A cluster in one corner, a few pairs in the others. */
+static void one_table_spills(void **state)
+{
+    (void)state;
+    enum { EDGE = 36, DENSE = EDGE * EDGE, PAIRS = 30 };
+    static double x[DENSE + 6 * PAIRS], y[DENSE + 6 * PAIRS];
+    const double corner[3][2] = {{50.0, 0.0}, {0.0, 50.0}, {50.0, 50.0}};
+    double length[2] = {100.0, 100.0};
+    struct gbg_context *context = made_context("cpu");
+    struct gbg_scene scene = bridge_scene(context, 2, length);
+    int64_t n = 0;
+    for (; n < DENSE; n++) {
+        x[n] = -20.0 + 1.02 * (double)(n % EDGE);
+        y[n] = -20.0 + 1.02 * (double)(n / EDGE);
+    }
+    for (int64_t k = 0; k < 3 * PAIRS; k++) {
+        for (int other = 0; other < 2; other++, n++) {
+            x[n] = -20.0 + corner[k % 3][0] + 4.0 * (double)(k / 3 % 8) + 1.01 * other;
+            y[n] = -20.0 + corner[k % 3][1] + 4.0 * (double)(k / 3 / 8);
+        }
+    }
+    place(n, x, y);
+    struct both both = both_make(scene, &made);
+    limit_tables(&both, 256);
+    assert_true(compare_calls(&both, 6, 0, "2D, one of four tables too small") > 0);
+    assert_int_equal(gbg_cuda_bridge_spilled(both.engine[1]->contacts), 1);
+    both_free(&both);
+    gbg_context_destroy(&context);
+}
+#endif
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -385,6 +466,9 @@ int main(void)
         cmocka_unit_test(one_large_disc),   cmocka_unit_test(many_blocks),
         cmocka_unit_test(whole_runs),       cmocka_unit_test(pressed_calls),
         cmocka_unit_test(pressed_clusters),
+#ifdef GBG_WITH_CUDA
+        cmocka_unit_test(tables_of_discs),  cmocka_unit_test(one_table_spills),
+#endif
     };
     return both_missing() ? BOTH_SKIPPED : cmocka_run_group_tests(tests, NULL, NULL);
 }
