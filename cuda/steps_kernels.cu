@@ -64,20 +64,12 @@ static __device__ __forceinline__ void wait_for_cluster()
 #endif
 }
 
-/* The same, and everybody waits for the decision. *generation: how often the kernel's blocks have
- * met, in its first thread. */
+/* Waits for all blocks of the kernel, the last of which to come calls decide() before. *generation:
+ * how often they have met, in the first thread of a block. */
 template <typename Decide>
-static __device__ __forceinline__ void meet(control_t *control, unsigned int *generation,
-                                            Decide decide)
+static __device__ __forceinline__ void meet_by_counting(control_t *control,
+                                                        unsigned int *generation, Decide decide)
 {
-    if (are_one_cluster()) {
-        wait_for_cluster();
-        if (blockIdx.x == 0 && threadIdx.x == 0) {
-            decide();
-        }
-        wait_for_cluster();
-        return;
-    }
     __syncthreads();
     if (threadIdx.x == 0) {
         volatile unsigned int *common = &control->generation;
@@ -98,6 +90,32 @@ static __device__ __forceinline__ void meet(control_t *control, unsigned int *ge
     __syncthreads();
 }
 
+/* The same in whichever way is the fastest. */
+template <typename Decide>
+static __device__ __forceinline__ void meet(control_t *control, unsigned int *generation,
+                                            Decide decide)
+{
+    if (are_one_cluster()) {
+        wait_for_cluster();
+        if (blockIdx.x == 0 && threadIdx.x == 0) {
+            decide();
+        }
+        wait_for_cluster();
+    } else {
+        meet_by_counting(control, generation, decide);
+    }
+}
+
+/* The same with nothing to decide. */
+static __device__ __forceinline__ void meet(control_t *control, unsigned int *generation)
+{
+    if (are_one_cluster()) {
+        wait_for_cluster();
+    } else {
+        meet_by_counting(control, generation, [] {});
+    }
+}
+
 static __device__ __forceinline__ bool halted(const control_t *control)
 {
     return __ldcg(&control->halt) != 0;
@@ -115,11 +133,12 @@ static __device__ void part(const work_t &work, int step, unsigned int *generati
             break;
         }
         find<dimension>(work, step, round);
-        meet(control, generation, [&] { decide_found(work, step, round); });
+        meet(control, generation,
+             [&] { decide_found(work, step, round, __ldcg(&control->found)); });
     }
     if (!halted(control) && __ldcg(&control->done) == step) {
         certify<dimension>(work, step);
-        meet(control, generation, [&] { decide_certified(work, step); });
+        meet(control, generation, [&] { decide_certified(work, step, seen(work, step)); });
     }
 }
 
@@ -129,16 +148,25 @@ static __global__ void __launch_bounds__(THREADS) together(const __grid_constant
     control_t *control = work.control;
     unsigned int met = __ldcg(&control->generation), *generation = &met;
     int limit = control->limit;
-    for (int step = 0; step < limit && !halted(control); step++) {
+    bool stopped = halted(control);
+    for (int step = 0; step < limit && !stopped; step++) {
         advance<dimension, law, cores>(work, step);
-        meet(control, generation, [&] { decide_advanced<cores>(work, step); });
-        if (!cores || halted(control)) {
+        if (!cores) {
+            meet(control, generation,
+                 [&] { decide_advanced<cores>(work, step, seen(work, step)); });
+            stopped = halted(control);
             continue;
         }
+        meet(control, generation);
         find<dimension>(work, step, 0);
         certify<dimension>(work, step);
-        meet(control, generation, [&] { decide_looked(work, step); });
-        part<dimension>(work, step, generation);
+        meet(control, generation, [&] { decide_moved_and_looked(work, step); });
+        int parted = __ldcg(&control->parted);
+        stopped = halted(control);
+        if (!parted) {
+            part<dimension>(work, step, generation);
+            stopped = halted(control);
+        }
     }
 }
 
@@ -148,7 +176,7 @@ static __global__ void __launch_bounds__(THREADS, 4)
 {
     if (!halted(work.control)) {
         advance<dimension, law, cores>(work, step);
-        when_all_done(work.control, [&] { decide_advanced<cores>(work, step); });
+        when_all_done(work.control, [&] { decide_advanced<cores>(work, step, seen(work, step)); });
     }
 }
 
@@ -159,7 +187,9 @@ static __global__ void __launch_bounds__(THREADS, 5)
     if (!halted(work.control)) {
         find<dimension>(work, step, 0);
         certify<dimension>(work, step);
-        when_all_done(work.control, [&] { decide_looked(work, step); });
+        when_all_done(work.control, [&] {
+            decide_looked(work, step, seen(work, step), __ldcg(&work.control->found));
+        });
     }
 }
 

@@ -232,28 +232,44 @@ static __device__ void advance(const work_t &work, int step)
     }
 }
 
-/* With hard cores the list of contacts must hold all pairs within reach after the move. */
-template <bool cores> static __device__ void decide_advanced(const work_t &work, int step)
+/* The slot of a step, all of it at once: a decision would wait for each word else. */
+static __device__ __forceinline__ slot_t seen(const work_t &work, int step)
+{
+    enum { WORDS = sizeof(slot_t) / sizeof(unsigned long long) };
+    const unsigned long long *word = (const unsigned long long *)&work.control->slot[step];
+    slot_t slot;
+#pragma unroll
+    for (int k = 0; k < WORDS; k++) {
+        ((unsigned long long *)&slot)[k] = __ldcg(word + k);
+    }
+    return slot;
+}
+
+/* Whether the step may go on. With hard cores the list of contacts must hold all pairs within reach
+ * after the move. */
+template <bool cores>
+static __device__ bool decide_advanced(const work_t &work, int step, const slot_t &slot)
 {
     control_t *control = work.control;
-    slot_t *slot = &control->slot[step];
-    double total = root_of_bits(__ldcg(&slot->moves.total));
-    bool bad = __ldcg(&slot->moves.bad) != GBG_CUDA_NONE;
+    double total = root_of_bits(slot.moves.total);
+    bool bad = slot.moves.bad != GBG_CUDA_NONE;
     if (cores) {
         bool listed = control->displaced + total <= work.slack;
         if (bad || !listed) {
             halt(control, 1, !bad);
+            return false;
         }
     } else if (bad) {
         halt(control, 0, 0);
         control->spoiled = 1;
     } else {
         control->done = step + 1;
-        control->displaced = at_most(work, __ldcg(&slot->displaced));
+        control->displaced = at_most(work, slot.displaced);
         if (work.pairs.n > 0 && !(total <= work.slack && control->displaced <= work.slack)) {
             halt(control, 0, 1);
         }
     }
+    return true;
 }
 
 /* What overlaps move particles by. Before round 1 all are looked at; `round` have been made. */
@@ -271,11 +287,11 @@ template <int dimension> static __device__ void find(const work_t &work, int ste
     sum_of(&work.control->slot[step].virial, (unsigned long long)virial);
 }
 
-static __device__ void decide_found(const work_t &work, int step, int64_t round)
+static __device__ void decide_found(const work_t &work, int step, int64_t round,
+                                    unsigned long long found)
 {
     control_t *control = work.control;
     slot_t *slot = &control->slot[step];
-    unsigned long long found = __ldcg(&control->found);
     control->parted = 1;
     control->found = 0;
     if (found > 0 && round == work.max_rounds) {
@@ -403,35 +419,50 @@ template <int dimension> static __device__ void certify(const work_t &work, int 
 }
 
 /* If another move like this one might go beyond what the lists hold, they are built before it. */
-static __device__ void decide_certified(const work_t &work, int step)
+static __device__ void decide_certified(const work_t &work, int step, const slot_t &slot)
 {
     control_t *control = work.control;
-    slot_t *slot = &control->slot[step];
-    double drifted = at_most(work, __ldcg(&slot->displaced));
+    double drifted = at_most(work, slot.displaced);
     bool listed = drifted <= work.certificate_slack;
-    bool near = at_most(work, __ldcg(&slot->way)) < 0.7 * work.exact.least;
-    if (!listed || !near || __ldcg(&slot->faults) > 0) {
+    bool near = at_most(work, slot.way) < 0.7 * work.exact.least;
+    if (!listed || !near || slot.faults > 0) {
         halt(control, 1, !listed);
         return;
     }
     control->done = step + 1;
     control->displaced = drifted;
-    if (drifted + root_of_bits(__ldcg(&slot->moves.total)) > work.slack) {
+    if (drifted + root_of_bits(slot.moves.total) > work.slack) {
         halt(control, 0, 1);
     }
 }
 
 /* After a first look and a certificate made with it: if nobody overlaps that is the end of the
  * step, else it is void. */
-static __device__ void decide_looked(const work_t &work, int step)
+static __device__ void decide_looked(const work_t &work, int step, const slot_t &slot,
+                                     unsigned long long found)
 {
-    slot_t *slot = &work.control->slot[step];
-    decide_found(work, step, 0);
-    if (work.control->parted && !work.control->halt) {
-        decide_certified(work, step);
+    decide_found(work, step, 0, found);
+    if (found == 0) {
+        decide_certified(work, step, slot);
     } else {
-        slot->way = slot->displaced = 0;
-        slot->faults = 0;
+        slot_t *all = &work.control->slot[step];
+        all->way = all->displaced = 0;
+        all->faults = 0;
+    }
+}
+
+/* The same where the move was not yet judged, so that its blocks need not wait for that: if it is
+ * void then so is the look. */
+static __device__ void decide_moved_and_looked(const work_t &work, int step)
+{
+    control_t *control = work.control;
+    slot_t slot = seen(work, step);
+    unsigned long long found = __ldcg(&control->found);
+    if (decide_advanced<true>(work, step, slot)) {
+        decide_looked(work, step, slot, found);
+    } else {
+        control->parted = 1;
+        control->found = 0;
     }
 }
 
