@@ -232,16 +232,16 @@ static __device__ void advance(const work_t &work, int step)
     }
 }
 
-/* The slot of a step, all of it at once: a decision would wait for each word else. */
+/* What decisions need of a step, all of it at once: they would wait for each word else. */
 static __device__ __forceinline__ slot_t seen(const work_t &work, int step)
 {
-    enum { WORDS = sizeof(slot_t) / sizeof(unsigned long long) };
-    const unsigned long long *word = (const unsigned long long *)&work.control->slot[step];
-    slot_t slot;
-#pragma unroll
-    for (int k = 0; k < WORDS; k++) {
-        ((unsigned long long *)&slot)[k] = __ldcg(word + k);
-    }
+    const slot_t *from = &work.control->slot[step];
+    slot_t slot = {};
+    slot.moves.total = __ldcg(&from->moves.total);
+    slot.moves.bad = __ldcg(&from->moves.bad);
+    slot.displaced = __ldcg(&from->displaced);
+    slot.way = __ldcg(&from->way);
+    slot.faults = __ldcg(&from->faults);
     return slot;
 }
 

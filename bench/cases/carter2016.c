@@ -49,9 +49,8 @@ static double figure(const char *table, int64_t n, int column)
         }
         at++;
     }
-    char *end;
-    double value = strtod(at, &end);
-    return end == at ? NAN : value;
+    /* an empty field must not be read as the number that begins the next line */
+    return strchr(",\n", *at) ? NAN : strtod(at, NULL);
 }
 
 /* Scenes of the examples: carter_c0 .. carter_c4, long and short. */
@@ -229,10 +228,12 @@ static int time_design(struct gbg_bench *bench, struct gbg_bench_sum *sum, int d
         pace->n[SUM] = line.n;
     }
     for (int k = 0; k < SUMS && status == GBG_OK; k++) {
-        if (sums[k].design == design) {
+        double ms = figure("6.6", line.n, sums[k].column); /* his CPU ends at 131072 */
+        int missing = isnan(ms) && !isnan(figure("6.6", line.n, 0));
+        if (sums[k].design == design && !missing) {
             line.what = sums[k].what;
             line.published.table = "6.6";
-            line.published.ms = figure("6.6", line.n, sums[k].column);
+            line.published.ms = ms;
             line.published.scaled_ms = sums[k].column < 2 ? line.published.ms / arithmetic : NAN;
             line.published.rounds = line.published.our_rounds = NAN;
             status = gbg_bench_report(bench, &line);

@@ -176,6 +176,7 @@ static void runs_are_the_same(void **state)
 static void crowds_are_summed_the_same(void **state)
 {
     (void)state;
+    int64_t crowd = both_part() > 1 ? 100 : 700;
     struct gbg_context *context = made_context("cpu");
     for (int dimension = 2; dimension <= 3; dimension++) {
         struct run run = {
@@ -185,7 +186,7 @@ static void crowds_are_summed_the_same(void **state)
             scene.precision = precision ? DOUBLE : MIXED;
             made_lattice(&made, &scene, run.m, run.jitter);
             scatter(dimension);
-            for (int64_t i = 0; i < 700; i++) {
+            for (int64_t i = 0; i < crowd; i++) {
                 int64_t same = i % 10 == 9 ? i - 1 : i;
                 for (int a = 0; a < dimension; a++) {
                     made.store[a][i] = scene.origin[a] + 0.3 * scene.length[a] +
