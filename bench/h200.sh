@@ -5,18 +5,18 @@ set -u
 usage() {
     cat <<'END'
 usage: h200.sh [OPTION...] FOLDER PROGRAMS
-  FOLDER         receives CASE.json for every case, log.txt (the tables) and tests.txt; of a run that is cut off, the lines of
+  FOLDER         receives CASE.json for every case, log.txt (the tables) and tests.txt, hashes.txt; of a run that is cut off, the lines of
                  the case it was at are in unjoined/
   PROGRAMS       a build directory, or a command that runs a program by its name: PROGRAMS gamboge ..., PROGRAMS backend_step
-  --parts "P..." of: tests short-range carter2016 direct sizes noise neighbours huge (default: all but huge, which is
-                 sizes at 2^30 and needs 35 GB of memory on the host)
+  --parts "P..." of: tests hashes short-range carter2016 direct sizes noise neighbours huge (default: all but huge, which
+                 is sizes at 2^30 and needs 35 GB of memory on the host)
   --total S      seconds for all parts (default 530); what does not fit any more is left out and named
   --backend B    default cuda:0
   --n N          one size for every case: to try the script
 END
 }
 
-parts='tests short-range carter2016 direct sizes noise neighbours' total=530 backend=cuda:0 n=''
+parts='tests hashes short-range carter2016 direct sizes noise neighbours' total=530 backend=cuda:0 n=''
 # shellcheck disable=SC2034
 script=h200.sh options='parts total backend n'
 . "$(dirname "$0")/options.sh"
@@ -28,6 +28,7 @@ trap 'rm -rf "$work" "$unjoined"' EXIT
 began=$(date +%s)
 failed=0
 log=$folder/log.txt
+scenes=$(dirname "$0")/../examples/scenes
 : >"$log"
 
 say() {
@@ -122,9 +123,37 @@ tests() {
     done
 }
 
+# hash BACKEND: SHA-256 of the state after $steps steps of the scene at hand.
+hash() {
+    start 60 gamboge run "$work/scene.yaml" --backend "$1" --steps "$steps" --hash --out "$work/t.nc" 2>"$work/said" |
+        sed -n 's/^state  *//p'
+}
+
+# The same states on the CPU and on the GPU: C0 to C4 in short range.
+hashes() {
+    steps=10000
+    [ -z "$n" ] || steps=100
+    : >"$folder/hashes.txt"
+    for scene in 0 1 2 3 4; do
+        for rule in bounce bridge; do
+            sed -e "s/rule: auto/rule: $rule/" -e "s/count: 4096/count: ${n:-4096}/" "$scenes/carter_c${scene}_short.yaml" >"$work/scene.yaml"
+            cpu=$(hash cpu) gpu=$(hash "$backend")
+            if [ -n "$cpu" ] && [ "$cpu" = "$gpu" ]; then
+                words='the same on both'
+            else
+                words="DIFFERS: ${gpu:-$(cat "$work/said")}"
+                failed=1
+            fi
+            echo "C$scene short, $rule, N = ${n:-4096}, $steps steps: ${cpu:-no hash} $words" >>"$folder/hashes.txt"
+        done
+    done
+    tee -a "$log" <"$folder/hashes.txt"
+}
+
 for part in $parts; do
     case $part in
     tests) tests ;;
+    hashes) hashes ;;
     short-range) bench 60 short-range ;;
     carter2016) bench 200 carter2016 ;;
     direct)
