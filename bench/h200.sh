@@ -8,15 +8,15 @@ usage: h200.sh [OPTION...] FOLDER PROGRAMS
   FOLDER         receives CASE.json for every case, log.txt (the tables) and tests.txt, hashes.txt; of a run that is cut off, the lines of
                  the case it was at are in unjoined/
   PROGRAMS       a build directory, or a command that runs a program by its name: PROGRAMS gamboge ..., PROGRAMS backend_step
-  --parts "P..." of: tests hashes short-range carter2016 direct sizes noise neighbours huge (default: all but huge, which
-                 is sizes at 2^30 and needs 35 GB of memory on the host)
+  --parts "P..." of: tests hashes short-range carter2016 direct sizes noise neighbours huge (default: all but
+                 hashes, which takes three minutes, and huge, which is sizes at 2^30 and needs 35 GB of memory on the host)
   --total S      seconds for all parts (default 530); what does not fit any more is left out and named
   --backend B    default cuda:0
   --n N          one size for every case: to try the script
 END
 }
 
-parts='tests hashes short-range carter2016 direct sizes noise neighbours' total=530 backend=cuda:0 n=''
+parts='tests short-range carter2016 direct sizes noise neighbours' total=530 backend=cuda:0 n=''
 # shellcheck disable=SC2034
 script=h200.sh options='parts total backend n'
 . "$(dirname "$0")/options.sh"
