@@ -11,6 +11,8 @@
 struct gbg_context;
 struct gbg_device; /* a backend's own body: threads or a GPU, scratch */
 struct gbg_slot;   /* a backend's own body: a copy of a state on its way to the host */
+struct gbg_ewald;  /* a backend's own body: a sum by a mesh */
+struct gbg_ewald_plan;
 
 enum { GBG_SPECIES_MAX = 10 };
 
@@ -191,6 +193,19 @@ struct gbg_kernels {
     int (*direct_targets)(struct gbg_device *device, struct gbg_state *state, double power,
                           double cutoff, int64_t n_targets, const int32_t *target,
                           double *const *out);
+
+    /* Sums over all images, the wave k = 0 removed, by a mesh (ewald/plan.h), on the state's
+     * species and box of that moment. force: F_i (+)= mobility_i sum_k alpha_k r/|r|^(power+1), as
+     * direct_mixed; potential: phi_i = sum_k alpha_k (far and near part, own images, without the
+     * particle itself) into the backend's memory, owned doubles. hurry: few steps will be made. */
+    int (*ewald_create)(struct gbg_device *device, const struct gbg_state *state,
+                        const struct gbg_ewald_plan *plan, int hurry, struct gbg_ewald **sum);
+    void (*ewald_destroy)(struct gbg_device *device, struct gbg_ewald *sum);
+    int (*ewald_force)(struct gbg_device *device, struct gbg_state *state, struct gbg_ewald *sum,
+                       int add);
+    int (*ewald_potential)(struct gbg_device *device, struct gbg_state *state,
+                           struct gbg_ewald *sum, double *potential);
+    double (*ewald_bytes)(const struct gbg_ewald *sum);
 
     /* Pair lists. update builds when it must; moved: largest move since the last update. */
     int (*list_create)(struct gbg_device *device, const struct gbg_state *state, double reach,

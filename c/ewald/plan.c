@@ -1,0 +1,2 @@
+/* Numbers of long-range sums: influence of waves. */
+#include "ewald/plan.h"

@@ -1,0 +1,2 @@
+/* Numbers of long-range sums: Ewald sums without a mesh. */
+#include "ewald/reference.h"

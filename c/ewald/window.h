@@ -1,0 +1,32 @@
+/* Numbers of long-range sums: the window by which a particle is spread over the mesh and read from
+ * it. */
+#ifndef GBG_EWALD_WINDOW_H
+#define GBG_EWALD_WINDOW_H
+
+enum gbg_ewald_window_kind { GBG_EWALD_PROLATE, GBG_EWALD_BSPLINE };
+enum { GBG_EWALD_NARROWEST = 3, GBG_EWALD_WIDEST = 16, GBG_EWALD_DEGREE = 19 };
+
+/* Node l = 0..width-1 of a particle at offset z in [-1,1] between nodes (z/2 = its place in a mesh
+ * spacing, less 1/2; for an even width the spacing that it is in, for an odd width the one around
+ * its nearest node): window(l + 1/2 - width/2 - z/2) = sum_k value[k][l] z^k; slope: d/dt of the
+ * same, t in spacings. Columns from `width` on are zero. */
+struct gbg_ewald_window {
+    int kind; /* enum gbg_ewald_window_kind */
+    int width, degree;
+    double shape;            /* PROLATE: band of the window in t from -width/2 to width/2 */
+    double polynomial_error; /* largest |polynomial - window| over its peak */
+    double value[GBG_EWALD_DEGREE + 1][GBG_EWALD_WIDEST];
+    double slope[GBG_EWALD_DEGREE + 1][GBG_EWALD_WIDEST];
+};
+
+/* finer: cells of the mesh over those that the waves need at least, from 1 to 4: it decides the
+ * shape of the prolate window, whose transform is small from the first alias of the waves on. */
+int gbg_ewald_window_make(int kind, int width, double finer, struct gbg_ewald_window *window);
+/* Window at t spacings, and its transform at f cycles a spacing, by their definitions. */
+double gbg_ewald_window_value(const struct gbg_ewald_window *window, double t);
+double gbg_ewald_window_transform(const struct gbg_ewald_window *window, double f);
+/* Sums over all aliases m of transform(f+m)^2 and of (f+m)^2 transform(f+m)^2. */
+void gbg_ewald_window_alias(const struct gbg_ewald_window *window, double f, double *power,
+                            double *slope_power);
+
+#endif
