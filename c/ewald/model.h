@@ -21,7 +21,8 @@ struct gbg_ewald_wish {
                       node touched (both ways): 0: those of this machine class */
 };
 
-enum { GBG_TOLERANCE_FINEST_EXPONENT = -13 };
+/* The finest tolerance that gbg_ewald_choose takes. */
+double gbg_ewald_finest(const struct gbg_ewald_wish *wish);
 
 /* Chooses; *predicted: relative RMS force error by the model, *cost: ns a particle. GBG_E_ARGUMENT
  * (no message) for a tolerance above 0.1 or below what double precision reaches for this power. */
