@@ -34,8 +34,11 @@ struct gbg_ewald_plan {
     struct gbg_ewald_window window[3]; /* an axis, for meshes that are not equally fine */
 };
 
+/* Hidden from users, shared with the program's benchmarks. */
+#pragma GCC visibility push(default)
 /* Checks a choice and makes the tables; GBG_E_ARGUMENT (no message) if it cannot be. */
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan);
+#pragma GCC visibility pop
 /* The next number of cells that a transform is fast for: even, factors 2, 3, 5, 7 only. */
 int32_t gbg_ewald_cells(double least);
 
