@@ -218,5 +218,10 @@ int gbg_ewald_choose(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice 
             break;
         }
     }
-    return *cost < INFINITY ? settle(wish, choice, predicted) : GBG_E_ARGUMENT;
+    if (!(*cost < INFINITY)) {
+        return GBG_E_ARGUMENT;
+    }
+    int status = settle(wish, choice, predicted);
+    *cost = cost_of(wish, choice);
+    return status;
 }
