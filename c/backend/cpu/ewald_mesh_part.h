@@ -1,6 +1,22 @@
 /* L1, CPU: spreading and gathering in one precision: part of ewald_mesh.c, which says what the
  * names in capitals are. */
 
+#define TABLES struct R(tables)
+#define WINDOWS struct R(batch)
+#define evaluate R(evaluate)
+#define fetch_patch R(fetch_patch)
+#define first_row R(first_row)
+#define prepare R(prepare)
+#define put R(put)
+#define put_range R(put_range)
+#define spread_block R(spread_block)
+#define spread_colour R(spread_colour)
+#define take R(take)
+#define take_along R(take_along)
+#define take_range R(take_range)
+#define take_ranges R(take_ranges)
+#define take_rows R(take_rows)
+
 /* The windows' polynomials in this precision. */
 struct R(tables) {
     int degree[3];
@@ -40,8 +56,7 @@ static int R(useful_degree)(const struct gbg_ewald_window *window)
     return degree;
 }
 
-static void R(make_tables)(const struct gbg_ewald_plan *plan, double wave_unit,
-                           struct R(tables) * tables)
+static void R(make_tables)(const struct gbg_ewald_plan *plan, double wave_unit, TABLES *tables)
 {
     for (int a = 0; a < plan->choice.dimension; a++) {
         const struct gbg_ewald_window *window = &plan->window[a];
@@ -58,8 +73,7 @@ static void R(make_tables)(const struct gbg_ewald_plan *plan, double wave_unit,
 }
 
 /* First nodes of particles begin..begin+count-1 along an axis, and their places between nodes. */
-static void R(locate)(const struct gbg_ewald *sum, int a, int64_t begin, int count,
-                      struct R(batch) * batch)
+static void R(locate)(const struct gbg_ewald *sum, int a, int64_t begin, int count, WINDOWS *batch)
 {
     const struct gbg_ewald_order *order = &sum->order;
     const int width = sum->plan.choice.width;
@@ -77,8 +91,8 @@ static void R(locate)(const struct gbg_ewald *sum, int a, int64_t begin, int cou
 }
 
 /* Windows of a batch by Horner's rule, four particles at a time: LANES x vectors nodes each. */
-ALWAYS void R(evaluate)(REAL (*coefficient)[WIDEST], int degree, const REAL *offset, int count,
-                        int vectors, REAL *out, int stride)
+ALWAYS void evaluate(REAL (*coefficient)[WIDEST], int degree, const REAL *offset, int count,
+                     int vectors, REAL *out, int stride)
 {
     for (int p = 0; p < count; p += 4) {
         for (int v = 0; v < vectors; v++) {
@@ -102,22 +116,21 @@ ALWAYS void R(evaluate)(REAL (*coefficient)[WIDEST], int degree, const REAL *off
     }
 }
 
-ALWAYS void R(prepare)(const struct gbg_ewald *sum, struct R(tables) * tables, int64_t begin,
-                       int count, int dimension, int vectors, struct R(batch) * batch)
+ALWAYS void prepare(const struct gbg_ewald *sum, TABLES *tables, int64_t begin, int count,
+                    int dimension, int vectors, WINDOWS *batch)
 {
     for (int a = 0; a < dimension; a++) {
         R(locate)(sum, a, begin, count, batch);
         REAL *out = a == 0 ? &batch->along[0][LANES] : &batch->window[a][0][0];
-        R(evaluate)
-        (tables->value[a], tables->degree[a], batch->offset[a], count, vectors, out,
-         a == 0 ? SPAN : WIDEST);
+        evaluate(tables->value[a], tables->degree[a], batch->offset[a], count, vectors, out,
+                 a == 0 ? SPAN : WIDEST);
     }
 }
 
 /* One particle onto the patch: whole vectors at multiples of their length, so that what the next
  * particle reads is what this one wrote. */
-ALWAYS void R(put)(const struct R(batch) * batch, int p, REAL source, REAL *corner, int64_t pitch,
-                   int64_t plane, int width, int dimension, int vectors)
+ALWAYS void put(const WINDOWS *batch, int p, REAL source, REAL *corner, int64_t pitch,
+                int64_t plane, int width, int dimension, int vectors)
 {
     int column = batch->start[0][p] + GBG_PATCH_BEFORE, aside = column % LANES;
     const REAL *along = &batch->along[p][LANES - aside];
@@ -142,29 +155,31 @@ ALWAYS void R(put)(const struct R(batch) * batch, int p, REAL source, REAL *corn
 }
 
 /* Where a particle's first row stands in the patch of its block. */
-ALWAYS int64_t R(first_row)(const struct R(batch) * batch, const struct gbg_ewald_block *block,
-                            int p, int64_t pitch, int64_t plane, int dimension)
+ALWAYS int64_t first_row(const WINDOWS *batch, const struct gbg_ewald_block *block, int p,
+                         int64_t pitch, int64_t plane, int dimension)
 {
     int64_t row = (batch->start[1][p] - block->first[1]) * pitch;
     return dimension == 3 ? row + (batch->start[2][p] - block->first[2]) * plane : row;
 }
 
-ALWAYS void R(put_range)(const struct gbg_ewald *sum, struct R(tables) * tables,
-                         const struct gbg_ewald_block *block, int64_t begin, int64_t end,
-                         struct R(batch) * batch, REAL *patch, int dimension, int vectors)
+ALWAYS void put_range(const struct gbg_ewald *sum, TABLES *tables,
+                      const struct gbg_ewald_block *block, int64_t begin, int64_t end,
+                      WINDOWS *batch, REAL *patch, int dimension, int vectors)
 {
     const int64_t pitch = gbg_patch_pitch(sum), plane = pitch * block->rows[1];
     const REAL *source = SOURCE(&sum->order);
     const int width = sum->plan.choice.width;
     for (int64_t i = begin; i < end; i += BATCH) {
         int count = end - i < BATCH ? (int)(end - i) : BATCH;
-        R(prepare)(sum, tables, i, count, dimension, vectors, batch);
+        prepare(sum, tables, i, count, dimension, vectors, batch);
         for (int p = 0; p < count; p++) {
-            REAL *corner = patch + R(first_row)(batch, block, p, pitch, plane, dimension);
+            REAL *corner = patch + first_row(batch, block, p, pitch, plane, dimension);
             int aside = (batch->start[0][p] + GBG_PATCH_BEFORE) % LANES;
-            R(put)
-            (batch, p, source[i + p], corner, pitch, plane, sum->plan.choice.width, dimension,
-             vectors);
+            if (vectors == 2 && aside + width <= 2 * LANES) {
+                put(batch, p, source[i + p], corner, pitch, plane, width, dimension, 1);
+            } else {
+                put(batch, p, source[i + p], corner, pitch, plane, width, dimension, vectors);
+            }
         }
     }
 }
@@ -210,9 +225,8 @@ static void R(add_patch)(const struct gbg_ewald *sum, const struct gbg_ewald_blo
     }
 }
 
-static void R(spread_block)(const struct gbg_ewald *sum, struct R(tables) * tables,
-                            const struct gbg_ewald_block *block, struct R(batch) * batch,
-                            REAL *patch)
+static void spread_block(const struct gbg_ewald *sum, TABLES *tables,
+                         const struct gbg_ewald_block *block, WINDOWS *batch, REAL *patch)
 {
     const int deep = sum->plan.choice.dimension == 3, wide = sum->plan.choice.width > LANES;
     const int64_t rows = (int64_t)block->rows[1] * block->rows[2];
@@ -227,13 +241,13 @@ static void R(spread_block)(const struct gbg_ewald *sum, struct R(tables) * tabl
         }
         done += end - begin;
         if (deep && wide) {
-            R(put_range)(sum, tables, block, begin, end, batch, patch, 3, 2);
+            put_range(sum, tables, block, begin, end, batch, patch, 3, 2);
         } else if (deep) {
-            R(put_range)(sum, tables, block, begin, end, batch, patch, 3, 1);
+            put_range(sum, tables, block, begin, end, batch, patch, 3, 1);
         } else if (wide) {
-            R(put_range)(sum, tables, block, begin, end, batch, patch, 2, 2);
+            put_range(sum, tables, block, begin, end, batch, patch, 2, 2);
         } else {
-            R(put_range)(sum, tables, block, begin, end, batch, patch, 2, 1);
+            put_range(sum, tables, block, begin, end, batch, patch, 2, 1);
         }
     }
     if (done) {
@@ -242,8 +256,8 @@ static void R(spread_block)(const struct gbg_ewald *sum, struct R(tables) * tabl
 }
 
 /* All blocks of a colour; called by every thread of a team. */
-static void R(spread_colour)(const struct gbg_ewald *sum, struct R(tables) * tables, int colour_1,
-                             int colour_2, struct R(batch) * batch, REAL *patch)
+static void spread_colour(const struct gbg_ewald *sum, TABLES *tables, int colour_1, int colour_2,
+                          WINDOWS *batch, REAL *patch)
 {
     const int32_t *blocks = sum->blocks;
     const int32_t n1 = gbg_colour_blocks(blocks[1], colour_1);
@@ -253,7 +267,7 @@ static void R(spread_colour)(const struct gbg_ewald *sum, struct R(tables) * tab
         struct gbg_ewald_block block =
             gbg_block_at(sum, gbg_colour_block(blocks[1], colour_1, k % n1),
                          gbg_colour_block(blocks[2], colour_2, k / n1));
-        R(spread_block)(sum, tables, &block, batch, patch);
+        spread_block(sum, tables, &block, batch, patch);
     }
 }
 
@@ -272,25 +286,25 @@ static void R(clear)(const struct gbg_ewald *sum, int threads)
 static void R(spread)(struct gbg_device *device, struct gbg_ewald *sum)
 {
     const int threads = device->threads < sum->threads ? device->threads : sum->threads;
-    struct R(tables) tables;
+    TABLES tables;
     R(make_tables)(&sum->plan, sum->wave_unit, &tables);
     R(clear)(sum, threads);
 #pragma omp parallel num_threads(threads)
     {
-        struct R(batch) batch;
+        WINDOWS batch;
         REAL *patch = (REAL *)sum->patches +
                       thread_number() * gbg_patch_meshes(&sum->plan.choice) * sum->patch;
         memset(&batch, 0, sizeof batch);
         for (int colour = 0; colour < GBG_BLOCK_COLOURS * GBG_BLOCK_COLOURS; colour++) {
-            R(spread_colour)
-            (sum, &tables, colour % GBG_BLOCK_COLOURS, colour / GBG_BLOCK_COLOURS, &batch, patch);
+            spread_colour(sum, &tables, colour % GBG_BLOCK_COLOURS, colour / GBG_BLOCK_COLOURS,
+                          &batch, patch);
         }
     }
 }
 
 /* Copies what a block's particles read of a mesh. */
-static void R(fetch_patch)(const struct gbg_ewald *sum, void *mesh,
-                           const struct gbg_ewald_block *block, REAL *patch)
+static void fetch_patch(const struct gbg_ewald *sum, void *mesh,
+                        const struct gbg_ewald_block *block, REAL *patch)
 {
     const int64_t cells = sum->plan.choice.cells[0], width = sum->plan.choice.width;
     const int64_t rows = (int64_t)block->rows[1] * block->rows[2], pitch = gbg_patch_pitch(sum);
@@ -309,8 +323,8 @@ static void R(fetch_patch)(const struct gbg_ewald *sum, void *mesh,
 }
 
 /* Sums along axes 1 and 2 of a patch's rows, times windows (or, for one of them, slopes). */
-ALWAYS void R(take_rows)(const REAL *place, const REAL *y, const REAL *z, int64_t pitch,
-                         int64_t plane, int width, int dimension, int vectors, V sum[2])
+ALWAYS void take_rows(const REAL *place, const REAL *y, const REAL *z, int64_t pitch, int64_t plane,
+                      int width, int dimension, int vectors, V sum[2])
 {
     for (int v = 0; v < vectors; v++) {
         sum[v] = V_(set)(0);
@@ -334,7 +348,7 @@ ALWAYS void R(take_rows)(const REAL *place, const REAL *y, const REAL *z, int64_
 }
 
 /* Sum along axis 0 of what take_rows gave. */
-ALWAYS REAL R(take_along)(const REAL *x, const V sum[2], int vectors)
+ALWAYS REAL take_along(const REAL *x, const V sum[2], int vectors)
 {
     V product = V_(mul)(V_(load)(x), sum[0]);
     if (vectors == 2) {
@@ -344,51 +358,50 @@ ALWAYS REAL R(take_along)(const REAL *x, const V sum[2], int vectors)
 }
 
 /* What a particle reads: `values` numbers. */
-ALWAYS void R(take)(const struct R(batch) * batch, int p, const REAL *corner, int64_t patch,
-                    int64_t pitch, int64_t plane, int width, enum reading reading, int dimension,
-                    int vectors, REAL *out)
+ALWAYS void take(const WINDOWS *batch, int p, const REAL *corner, int64_t patch, int64_t pitch,
+                 int64_t plane, int width, enum reading reading, int dimension, int vectors,
+                 REAL *out)
 {
     const REAL *place = corner + batch->start[0][p] + GBG_PATCH_BEFORE;
     const REAL *x = &batch->along[p][LANES], *y = batch->window[1][p], *z = batch->window[2][p];
     V sum[2];
     if (reading == SLOPES) {
-        R(take_rows)(place, y, z, pitch, plane, width, dimension, vectors, sum);
-        out[0] = R(take_along)(batch->slope[0][p], sum, vectors);
-        R(take_rows)(place, batch->slope[1][p], z, pitch, plane, width, dimension, vectors, sum);
-        out[1] = R(take_along)(x, sum, vectors);
+        take_rows(place, y, z, pitch, plane, width, dimension, vectors, sum);
+        out[0] = take_along(batch->slope[0][p], sum, vectors);
+        take_rows(place, batch->slope[1][p], z, pitch, plane, width, dimension, vectors, sum);
+        out[1] = take_along(x, sum, vectors);
         if (dimension == 3) {
-            R(take_rows)(place, y, batch->slope[2][p], pitch, plane, width, 3, vectors, sum);
-            out[2] = R(take_along)(x, sum, vectors);
+            take_rows(place, y, batch->slope[2][p], pitch, plane, width, 3, vectors, sum);
+            out[2] = take_along(x, sum, vectors);
         }
         return;
     }
     for (int f = 0; f < (reading == VALUE ? 1 : dimension); f++) {
-        R(take_rows)(place + f * patch, y, z, pitch, plane, width, dimension, vectors, sum);
-        out[f] = R(take_along)(x, sum, vectors);
+        take_rows(place + f * patch, y, z, pitch, plane, width, dimension, vectors, sum);
+        out[f] = take_along(x, sum, vectors);
     }
 }
 
-ALWAYS void R(take_range)(const struct gbg_ewald *sum, struct R(tables) * tables,
-                          const struct gbg_ewald_block *block, int64_t begin, int64_t end,
-                          struct R(batch) * batch, const REAL *patch, enum reading reading,
-                          int dimension, int vectors)
+ALWAYS void take_range(const struct gbg_ewald *sum, TABLES *tables,
+                       const struct gbg_ewald_block *block, int64_t begin, int64_t end,
+                       WINDOWS *batch, const REAL *patch, enum reading reading, int dimension,
+                       int vectors)
 {
     const int64_t pitch = gbg_patch_pitch(sum), plane = pitch * block->rows[1];
     const int values = reading == VALUE ? 1 : dimension, width = sum->plan.choice.width;
     const double scale = reading == VALUE ? sum->potential_unit : sum->field_unit;
     for (int64_t i = begin; i < end; i += BATCH) {
         int count = end - i < BATCH ? (int)(end - i) : BATCH;
-        R(prepare)(sum, tables, i, count, dimension, vectors, batch);
+        prepare(sum, tables, i, count, dimension, vectors, batch);
         for (int a = 0; reading == SLOPES && a < dimension; a++) {
-            R(evaluate)
-            (tables->slope[a], tables->degree[a], batch->offset[a], count, vectors,
-             batch->slope[a][0], WIDEST);
+            evaluate(tables->slope[a], tables->degree[a], batch->offset[a], count, vectors,
+                     batch->slope[a][0], WIDEST);
         }
         for (int p = 0; p < count; p++) {
-            const REAL *corner = patch + R(first_row)(batch, block, p, pitch, plane, dimension);
+            const REAL *corner = patch + first_row(batch, block, p, pitch, plane, dimension);
             REAL out[3];
-            R(take)
-            (batch, p, corner, sum->patch, pitch, plane, width, reading, dimension, vectors, out);
+            take(batch, p, corner, sum->patch, pitch, plane, width, reading, dimension, vectors,
+                 out);
             for (int a = 0; a < values; a++) {
                 double *field = &sum->order.field[a][i + p];
                 *field += scale * (double)out[a];
@@ -397,27 +410,26 @@ ALWAYS void R(take_range)(const struct gbg_ewald *sum, struct R(tables) * tables
     }
 }
 
-ALWAYS void R(take_ranges)(const struct gbg_ewald *sum, struct R(tables) * tables,
-                           const struct gbg_ewald_block *block, struct R(batch) * batch,
-                           const REAL *patch, enum reading reading, int dimension, int vectors)
+ALWAYS void take_ranges(const struct gbg_ewald *sum, TABLES *tables,
+                        const struct gbg_ewald_block *block, WINDOWS *batch, const REAL *patch,
+                        enum reading reading, int dimension, int vectors)
 {
     for (int32_t c2 = block->begin[2]; c2 < block->end[2]; c2++) {
         int64_t begin, end;
         gbg_block_particles(sum, block, c2, &begin, &end);
-        R(take_range)(sum, tables, block, begin, end, batch, patch, reading, dimension, vectors);
+        take_range(sum, tables, block, begin, end, batch, patch, reading, dimension, vectors);
     }
 }
 
-typedef void (*R(taker))(const struct gbg_ewald *sum, struct R(tables) * tables,
-                         const struct gbg_ewald_block *block, struct R(batch) * batch,
-                         const REAL *patch);
+typedef void (*R(taker))(const struct gbg_ewald *sum, TABLES *tables,
+                         const struct gbg_ewald_block *block, WINDOWS *batch, const REAL *patch);
 
 #define TAKER(reading, dimension, vectors)                                                         \
     static void R(take_##reading##_##dimension##_##vectors)(                                       \
-        const struct gbg_ewald *sum, struct R(tables) * tables,                                    \
-        const struct gbg_ewald_block *block, struct R(batch) * batch, const REAL *patch)           \
+        const struct gbg_ewald *sum, TABLES *tables, const struct gbg_ewald_block *block,          \
+        WINDOWS *batch, const REAL *patch)                                                         \
     {                                                                                              \
-        R(take_ranges)(sum, tables, block, batch, patch, reading, dimension, vectors);             \
+        take_ranges(sum, tables, block, batch, patch, reading, dimension, vectors);                \
     }
 TAKER(FIELDS, 2, 1)
 TAKER(FIELDS, 2, 2)
@@ -461,11 +473,11 @@ static void R(gather)(struct gbg_device *device, struct gbg_ewald *sum, enum rea
     const int meshes = reading == FIELDS ? sum->plan.choice.dimension : 1;
     const int64_t blocks = (int64_t)sum->blocks[1] * sum->blocks[2];
     R(taker) take = R(choose_taker)(sum, reading);
-    struct R(tables) tables;
+    TABLES tables;
     R(make_tables)(&sum->plan, sum->wave_unit, &tables);
 #pragma omp parallel num_threads(threads)
     {
-        struct R(batch) batch;
+        WINDOWS batch;
         REAL *patch = (REAL *)sum->patches +
                       thread_number() * gbg_patch_meshes(&sum->plan.choice) * sum->patch;
         memset(&batch, 0, sizeof batch);
@@ -477,10 +489,26 @@ static void R(gather)(struct gbg_device *device, struct gbg_ewald *sum, enum rea
                 continue;
             }
             for (int m = 0; m < meshes; m++) {
-                R(fetch_patch)
-                (sum, sum->mesh[reading == FIELDS ? m + 1 : 0], &block, patch + m * sum->patch);
+                fetch_patch(sum, sum->mesh[reading == FIELDS ? m + 1 : 0], &block,
+                            patch + m * sum->patch);
             }
             take(sum, &tables, &block, &batch, patch);
         }
     }
 }
+
+#undef TABLES
+#undef WINDOWS
+#undef evaluate
+#undef fetch_patch
+#undef first_row
+#undef prepare
+#undef put
+#undef put_range
+#undef spread_block
+#undef spread_colour
+#undef take
+#undef take_along
+#undef take_range
+#undef take_ranges
+#undef take_rows
