@@ -37,8 +37,15 @@ struct gbg_ewald {
     struct gbg_ewald_order order;
     void *mesh[4]; /* sources and potential; with GBG_GRADIENT_WAVES a field for each axis beside */
     void *influence; /* (cells[0]/2 + 1) x ... x (cells[1]/2 + 1): of waves n_a >= 0 */
+    /* Powers of two that numbers on meshes are to be multiplied by. */
+    double potential_unit, field_unit, wave_unit;
     const struct gbg_fft *fft;
     struct gbg_fft_plan *transform;
+    int threads; /* that there is room for */
+    /* Blocks of particles (ewald_blocks.h), and the cells of the order that they were made of. */
+    int32_t blocks[3], divided[3];
+    int64_t patch, patch_bytes; /* numbers of one; bytes of all */
+    void *patches;              /* for each thread as many as meshes are read at a time */
 };
 
 /* Sorts (ewald_order.c). Memory is taken by reserve, for as many particles as the state owns now;
@@ -59,6 +66,20 @@ void gbg_ewald_near_potential(struct gbg_device *device, const struct gbg_state 
  * order.field (ewald_mesh.c, per instruction set). */
 void GBG_ISA_NAME(gbg_ewald_spread)(struct gbg_device *device, struct gbg_ewald *sum);
 void GBG_ISA_NAME(gbg_ewald_gather)(struct gbg_device *device, struct gbg_ewald *sum);
+/* Potential on mesh[0], added to order.field[0]. */
+void GBG_ISA_NAME(gbg_ewald_gather_potential)(struct gbg_device *device, struct gbg_ewald *sum);
+/* Waves of mesh[0] times the influence, in place, or, with `fields`, times -i k too, to the other
+ * meshes (ewald_waves.c, per instruction set). */
+void GBG_ISA_NAME(gbg_ewald_multiply)(struct gbg_device *device, struct gbg_ewald *sum, int fields);
+/* These of one instruction set, for ewald.c. */
+struct gbg_ewald_kernels {
+    void (*near)(struct gbg_device *device, const struct gbg_state *state, struct gbg_ewald *sum);
+    void (*spread)(struct gbg_device *device, struct gbg_ewald *sum);
+    void (*gather)(struct gbg_device *device, struct gbg_ewald *sum);
+    void (*gather_potential)(struct gbg_device *device, struct gbg_ewald *sum);
+    void (*multiply)(struct gbg_device *device, struct gbg_ewald *sum, int fields);
+};
+extern const struct gbg_ewald_kernels GBG_ISA_NAME(gbg_ewald_kernels);
 /* The kernels (ewald.c). */
 int gbg_ewald_create(struct gbg_device *device, const struct gbg_state *state,
                      const struct gbg_ewald_plan *plan, int hurry, struct gbg_ewald **sum);
