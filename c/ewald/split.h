@@ -7,10 +7,11 @@
  *   near force = r_vec r^-(power+1) (1 - G(r/unit)),
  *   G(x) = Int_0^x u^s (-psi'(u)) du / Int_0^inf u^s (-psi'(u)) du,
  *   far(k) = k^(s-d) Int_{k unit}^inf q^(d-1-s) psi^(q) dq / (s Int u^(s-1) psi du), in d
- * dimensions, with psi^ the d-dimensional transform of psi(|x|); for s = 0 the divisor is psi(0). A
- * profile that ends with a step counts it in both integrals of G; the step's wave is the far
- * part's, so that waves within the band are exactly those of the power law and all of the error is
- * in the others. The reach ends the near part: PROLATE: psi is the prolate function of order zero,
+ * dimensions, with psi^ the d-dimensional transform of psi(|x|); for s = 0 the divisor is psi(0).
+ * The step with which a profile ends counts in G's divisor: G jumps to 1 there. Waves within the
+ * band are exactly those of the power law, all of the error is in the others.
+ *
+ * PROLATE: psi is the prolate function of order zero,
  * as good as confined to [0, 1] and to waves below `band` at once; unit = reach. GAUSSIAN: psi =
  * exp(-u^2), Ewald's own; unit = reach/sqrt(band/2), so that both parts end at about the same
  * error. */
