@@ -46,7 +46,8 @@ static void fill_axis(const struct gbg_split *split, const struct gbg_ewald_wind
         for (int m = -ALIASES; m <= ALIASES; m++) {
             double f = axis->wave[n] * spacing / turn + m;
             double value = gbg_ewald_window_transform(window, f);
-            double slope = gbg_ewald_window_slope(window, f) * turn / spacing;
+            double step = window->step * sin(turn / 2 * f * window->width) / (turn / 2);
+            double slope = (f * value - step) * turn / spacing;
             if (m == 0) {
                 axis->here[n] = value;
                 axis->slope[n] = slope;
