@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 #include "engine/steps.h"
 
 static double now(void)
@@ -31,6 +32,7 @@ static int make_step(struct gbg_engine *engine)
 {
     int integrated = 0;
     int status = gbg_engine_tidy(engine);
+    status = status ? status : gbg_engine_watch_sums(engine);
     if (status != GBG_OK) {
         return status;
     }
@@ -73,10 +75,14 @@ int gbg_engine_evaluate_forces(struct gbg_engine *engine)
     if (engine->forces_current) {
         return GBG_OK;
     }
+    int checked = gbg_engine_check_sums(engine);
+    if (checked != GBG_OK) {
+        return checked;
+    }
     for (int k = 0; k < engine->n_plan; k++) {
         const struct gbg_plan_step *step = &engine->plan[k];
         if (step->run == gbg_step_pair_list || step->run == gbg_step_cutoff ||
-            step->run == gbg_step_direct) {
+            step->run == gbg_step_direct || step->run == gbg_step_ewald) {
             int status = step->run(engine, step);
             if (status != GBG_OK) {
                 return status;

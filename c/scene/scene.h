@@ -56,6 +56,9 @@ struct gbg_force {
     double cutoff;    /* 0: none */
     double tolerance; /* relative RMS error asked for; 0: default */
     int law;          /* enum gbg_law */
+    /* sum lattice only: 0 prolate, prolate, waves; 1 the other one */
+    int split, window, gradient;
+    int check; /* 1: its error is measured when a run starts */
 };
 
 /* Coordinates of a start, blocked: position[axis][i]. */

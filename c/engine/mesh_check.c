@@ -1,0 +1,474 @@
+/* L2: sums over all images of an engine: made with it, their error measured when a run starts and
+ * when particles have gathered or spread, refined where they miss their tolerance. */
+#include "engine/mesh_check.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/memory.h"
+#include "engine/engine.h"
+#include "engine/sample.h"
+#include "engine/steps.h"
+
+/* Steps between looks at the density, the change of its contrast that calls for a new measurement,
+ * and particles in the mean in a cell of such a look. */
+enum { LOOK_EVERY = 100, CROWD = 16, SAMPLES = 1000 };
+static const double changed = 2.0;
+
+/* Forces smaller than this share of a neighbour's cancel by symmetry, as on a lattice: an error
+ * relative to them would say nothing. */
+static const double vanishing = 0.01;
+
+/* Particles fetched at a time by a look. */
+enum { PIECE = 1 << 18 };
+
+/* A run so short is not worth trying which plan of a transform is the fastest. */
+enum { SHORT_RUN = 1000 };
+
+struct gbg_mesh_sums {
+    struct gbg_mesh_sum force[GBG_MAX_FORCES]; /* as the scene's; body NULL: none of ours */
+    int checked;
+    double contrast; /* of the density at the last check */
+    int32_t cells[3];
+    int32_t *count;  /* particles in each cell */
+    uint32_t *words; /* of a piece: its cells, and coordinates on their way */
+};
+
+static struct gbg_mesh_place place_of(const struct gbg_engine *engine)
+{
+    return (struct gbg_mesh_place){.context = engine->context,
+                                   .backend = engine->backend,
+                                   .kernels = engine->kernels,
+                                   .device = engine->device,
+                                   .state = &engine->state,
+                                   .hurry = engine->scene.steps < SHORT_RUN};
+}
+
+/* Square cells for the look, as many as make CROWD particles in the mean. */
+static int64_t lay_cells(const struct gbg_engine *engine, int32_t cells[3])
+{
+    const struct gbg_box *box = &engine->state.box;
+    double edge = 1.0;
+    int64_t all = 1;
+    for (int a = 0; a < box->dimension; a++) {
+        edge *= pow(box->length[a], 1.0 / box->dimension);
+    }
+    edge *= pow((double)CROWD / (double)engine->state.owned, 1.0 / box->dimension);
+    for (int a = 0; a < box->dimension; a++) {
+        cells[a] = (int32_t)fmax(1.0, fmin(floor(box->length[a] / edge), 1e6));
+        all *= cells[a];
+    }
+    return all;
+}
+
+static int make_mesh_sums(struct gbg_engine *engine)
+{
+    void *memory = NULL, *count = NULL, *words = NULL;
+    int64_t n = engine->state.owned, piece = n < PIECE ? n : PIECE;
+    int status = gbg_allocate_zero(engine->context, &memory, 1, sizeof *engine->mesh_sums,
+                                   "long-range sums");
+    if (status != GBG_OK) {
+        return status;
+    }
+    engine->mesh_sums = memory;
+    if (n > 0) {
+        status = gbg_allocate(engine->context, &count, lay_cells(engine, engine->mesh_sums->cells),
+                              sizeof *engine->mesh_sums->count, "density");
+        engine->mesh_sums->count = count;
+        status = status ? status : gbg_allocate(engine->context, &words, 2 * piece, 4, "density");
+        engine->mesh_sums->words = words;
+    }
+    return status;
+}
+
+int gbg_engine_make_mesh_sum(struct gbg_engine *engine, int f)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    const struct gbg_force *force = &scene->force[f];
+    const struct gbg_mesh_place place = place_of(engine);
+    int status = engine->mesh_sums ? GBG_OK : make_mesh_sums(engine);
+    if (status != GBG_OK) {
+        return status;
+    }
+    struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
+    gbg_mesh_sum_begin(scene->dimension, scene->length, force->power, engine->state.owned,
+                       force->tolerance, sum);
+    sum->wish.split = force->split;
+    sum->wish.window = force->window;
+    sum->wish.gradient = force->gradient;
+    sum->wish.single = engine->use_double ? 0 : -1;
+    status = gbg_mesh_sum_make(&place, sum);
+    if (status == GBG_E_ARGUMENT) {
+        status = gbg_fail(engine->context, GBG_E_SCENE, "forces[%d].%s", f,
+                          gbg_message_of(engine->context));
+    } else if (status != GBG_OK) {
+        gbg_message_prefix(engine->context, "forces[%d].sum: lattice", f);
+    }
+    return status;
+}
+
+void gbg_engine_free_mesh_sums(struct gbg_engine *engine)
+{
+    const struct gbg_mesh_place place = place_of(engine);
+    if (!engine->mesh_sums) {
+        return;
+    }
+    for (int f = 0; f < GBG_MAX_FORCES; f++) {
+        gbg_mesh_sum_free(&place, &engine->mesh_sums->force[f]);
+    }
+    gbg_release(engine->mesh_sums->count);
+    gbg_release(engine->mesh_sums->words);
+    gbg_release(engine->mesh_sums);
+    engine->mesh_sums = NULL;
+}
+
+const struct gbg_mesh_sum *gbg_engine_mesh_sum(const struct gbg_engine *engine, int f)
+{
+    return engine->mesh_sums && engine->mesh_sums->force[f].body ? &engine->mesh_sums->force[f]
+                                                                 : NULL;
+}
+
+static int is_first(const struct gbg_engine *engine, int f)
+{
+    int before = 0;
+    for (int g = 0; g < f; g++) {
+        before |= gbg_engine_mesh_sum(engine, g) != NULL;
+    }
+    return !before;
+}
+
+double gbg_engine_mesh_bytes(const struct gbg_engine *engine, int f)
+{
+    int64_t n = engine->state.owned, cells = 1;
+    const struct gbg_mesh_sum *sum = gbg_engine_mesh_sum(engine, f);
+    if (!sum || n == 0) {
+        return 0.0;
+    }
+    double bytes = engine->kernels->ewald_bytes(sum->body);
+    for (int a = 0; a < engine->scene.dimension; a++) {
+        cells *= engine->mesh_sums->cells[a];
+    }
+    if (is_first(engine, f)) { /* what looks at the density need, once */
+        bytes += 4.0 * (double)cells + 8.0 * (double)(n < PIECE ? n : PIECE);
+    }
+    return bytes / (double)n;
+}
+
+/* One axis of all particles in the order of ids; the integers become lengths in place. */
+static int fetch_axis(struct gbg_engine *engine, int a, double *position)
+{
+    double unit = engine->state.box.length[a] * 0x1p-64;
+    int status = gbg_engine_copy_fractions(engine, a, (uint64_t *)(void *)position);
+    for (int64_t i = 0; status == GBG_OK && i < engine->state.owned; i++) {
+        uint64_t fraction;
+        memcpy(&fraction, &position[i], sizeof fraction);
+        position[i] = (double)fraction * unit;
+    }
+    return status;
+}
+
+int gbg_engine_sources(struct gbg_engine *engine, struct gbg_sources *sources)
+{
+    const struct gbg_state *state = &engine->state;
+    const uint32_t *words = engine->words;
+    const int32_t *place = NULL;
+    int64_t n = state->owned;
+    int status =
+        gbg_sources_make(engine->context, state->box.dimension, state->box.length, n, sources);
+    for (int a = 0; status == GBG_OK && a < state->box.dimension; a++) {
+        status = fetch_axis(engine, a, sources->position[a]);
+    }
+    status = status ? status : gbg_engine_places(engine, &place);
+    if (status == GBG_OK && state->species) {
+        status = gbg_engine_fetch(engine, state->species, (size_t)n);
+    }
+    for (int64_t k = 0; status == GBG_OK && k < n; k++) {
+        const uint8_t *species = (const uint8_t *)engine->words;
+        int s = state->species ? species[gbg_engine_place(place, k)] : 0;
+        sources->alpha[k] = state->alpha[s];
+        sources->mobility[k] = state->mobility[s];
+    }
+    if (!words) { /* a run without output has no transfer buffer */
+        gbg_release(engine->words);
+        engine->words = NULL;
+    }
+    return status;
+}
+
+/* Force of this sum alone on the sample, and what it should be. */
+static int compare(struct gbg_engine *engine, int f, const struct gbg_sources *sources,
+                   struct gbg_sample *sample)
+{
+    const struct gbg_state *state = &engine->state;
+    const int32_t *place;
+    int status = engine->kernels->ewald_force(engine->device, &engine->state,
+                                              engine->mesh_sums->force[f].body, 0);
+    engine->forces_current = 0;
+    status = status ? status : gbg_engine_places(engine, &place);
+    for (int a = 0; status == GBG_OK && a < state->box.dimension; a++) {
+        for (int64_t s = 0; status == GBG_OK && s < sample->size; s++) {
+            int64_t i = gbg_engine_place(place, sample->index[s]);
+            status = engine->backend->download(engine->device, &sample->force[a][s],
+                                               state->force[a] + i, sizeof(double));
+        }
+    }
+    return status ? status
+                  : gbg_sources_reference(engine->context, sources, engine->scene.force[f].power,
+                                          sample, sample->reference);
+}
+
+static int measure(struct gbg_engine *engine, int f, const struct gbg_sources *sources,
+                   struct gbg_sample *sample)
+{
+    struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
+    int status = compare(engine, f, sources, sample);
+    if (status == GBG_OK) {
+        struct gbg_deviation error = gbg_sample_compare(sample);
+        double typical = gbg_sources_typical(sources, engine->scene.force[f].power);
+        sum->symmetric = error.rms < vanishing * typical;
+        double size = sum->symmetric ? typical : error.rms;
+        sum->measured = error.difference == 0.0 ? 0.0 : error.difference / size;
+    }
+    return status;
+}
+
+static void describe(struct gbg_engine *engine, int f)
+{
+    for (int k = 0; k < engine->n_plan; k++) {
+        struct gbg_plan_step *step = &engine->plan[k];
+        if (step->force == f && step->run == gbg_step_ewald) {
+            step->bytes += gbg_engine_mesh_bytes(engine, f) - step->mesh_bytes;
+            step->mesh_bytes = gbg_engine_mesh_bytes(engine, f);
+            gbg_mesh_sum_describe(&engine->mesh_sums->force[f], sizeof step->what, step->what);
+        }
+    }
+}
+
+static int missed(struct gbg_engine *engine, int f, int64_t samples)
+{
+    const struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
+    return gbg_fail(engine->context, GBG_E_SCENE,
+                    "forces[%d].tolerance: %.3g asked for, but the error measured on %lld "
+                    "particles is %.2g after %d refinements, and none finer can be had; give a "
+                    "looser tolerance%s, or check: false to run with this error",
+                    f, sum->tolerance, (long long)samples, sum->measured, sum->refined,
+                    engine->use_double ? "" : " or precision.mode double");
+}
+
+/* Measures a sum, and refines it until it keeps to its tolerance. */
+static int settle(struct gbg_engine *engine, int f, const struct gbg_sources *sources,
+                  struct gbg_sample *sample)
+{
+    const struct gbg_mesh_place place = place_of(engine);
+    struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
+    int status = measure(engine, f, sources, sample);
+    while (status == GBG_OK && !(sum->measured <= sum->tolerance)) {
+        int times = sum->refined + 1;
+        if (times > GBG_MESH_REFINEMENTS) {
+            return missed(engine, f, sample->size);
+        }
+        double before = sum->measured;
+        status = gbg_mesh_sum_refine(&place, times, sum);
+        if (status == GBG_E_ARGUMENT) {
+            return missed(engine, f, sample->size);
+        }
+        status = status ? status : measure(engine, f, sources, sample);
+        if (status == GBG_OK) {
+            describe(engine, f);
+            gbg_log(engine->context, GBG_LOG_INFO,
+                    "step %llu: forces[%d] missed its tolerance %.3g: error %.2g, %.2g with reach "
+                    "%.3g and mesh %dx%d",
+                    (unsigned long long)engine->step, f, sum->tolerance, before, sum->measured,
+                    sum->choice.reach, (int)sum->choice.cells[0], (int)sum->choice.cells[1]);
+        }
+    }
+    return status;
+}
+
+static int is_checked(const struct gbg_engine *engine, int f)
+{
+    return gbg_engine_mesh_sum(engine, f) && engine->scene.force[f].check;
+}
+
+static int wants_checks(const struct gbg_engine *engine)
+{
+    int wants = 0;
+    for (int f = 0; engine->mesh_sums && f < engine->scene.n_forces; f++) {
+        wants |= is_checked(engine, f);
+    }
+    return wants && engine->state.owned > 0;
+}
+
+static int judge(struct gbg_engine *engine)
+{
+    struct gbg_sources sources = {0};
+    struct gbg_sample sample = {0};
+    int status = gbg_engine_sources(engine, &sources);
+    status = status ? status
+                    : gbg_sample_make(engine->context, engine->scene.dimension, engine->state.owned,
+                                      SAMPLES, &sample);
+    for (int f = 0; status == GBG_OK && f < engine->scene.n_forces; f++) {
+        if (is_checked(engine, f)) {
+            status = settle(engine, f, &sources, &sample);
+        }
+    }
+    gbg_sample_release(&sample);
+    gbg_sources_release(&sources);
+    return status;
+}
+
+/* Puts `count` particles into the cells of the look. */
+static int count_piece(struct gbg_engine *engine, int64_t first, int64_t count)
+{
+    struct gbg_mesh_sums *sums = engine->mesh_sums;
+    uint32_t *cell = sums->words, *word = cell + count;
+    int status = GBG_OK;
+    memset(cell, 0, (size_t)count * sizeof *cell);
+    for (int a = engine->scene.dimension - 1; a >= 0 && status == GBG_OK; a--) {
+        uint32_t cells = (uint32_t)sums->cells[a];
+        status = engine->backend->download(engine->device, word, engine->state.high[a] + first,
+                                           (size_t)count * sizeof *word);
+        for (int64_t i = 0; status == GBG_OK && i < count; i++) {
+            cell[i] = cell[i] * cells + (uint32_t)((uint64_t)word[i] * cells >> 32);
+        }
+    }
+    for (int64_t i = 0; status == GBG_OK && i < count; i++) {
+        sums->count[cell[i]]++;
+    }
+    return status;
+}
+
+/* The fullest of the cells over the mean. */
+static int look(struct gbg_engine *engine, double *contrast)
+{
+    struct gbg_mesh_sums *sums = engine->mesh_sums;
+    int64_t n = engine->state.owned, cells = 1, piece = n < PIECE ? n : PIECE;
+    int status = GBG_OK;
+    for (int a = 0; a < engine->scene.dimension; a++) {
+        cells *= sums->cells[a];
+    }
+    memset(sums->count, 0, (size_t)cells * sizeof *sums->count);
+    for (int64_t first = 0; status == GBG_OK && first < n; first += piece) {
+        status = count_piece(engine, first, n - first < piece ? n - first : piece);
+    }
+    int32_t most = 0;
+    for (int64_t c = 0; c < cells; c++) {
+        most = sums->count[c] > most ? sums->count[c] : most;
+    }
+    *contrast = (double)most * (double)cells / (double)n;
+    return status;
+}
+
+int gbg_engine_check_sums(struct gbg_engine *engine)
+{
+    if (!engine->mesh_sums || engine->mesh_sums->checked || !wants_checks(engine)) {
+        return GBG_OK;
+    }
+    int status = judge(engine);
+    status = status ? status : look(engine, &engine->mesh_sums->contrast);
+    engine->mesh_sums->checked = status == GBG_OK;
+    return status;
+}
+
+/* 1 if a check that could only take a neighbour's force for its measure is to be made again: ever
+ * more seldom while nothing changes. */
+static int is_due(const struct gbg_engine *engine)
+{
+    uint64_t looks = engine->step / LOOK_EVERY;
+    int symmetric = 0;
+    for (int f = 0; f < engine->scene.n_forces; f++) {
+        symmetric |= is_checked(engine, f) && engine->mesh_sums->force[f].symmetric;
+    }
+    return symmetric && looks > 0 && (looks & (looks - 1)) == 0;
+}
+
+int gbg_engine_watch_sums(struct gbg_engine *engine)
+{
+    if (!engine->mesh_sums || !wants_checks(engine)) {
+        return GBG_OK;
+    }
+    if (!engine->mesh_sums->checked) {
+        return gbg_engine_check_sums(engine);
+    }
+    if (engine->step % LOOK_EVERY != 0) {
+        return GBG_OK;
+    }
+    double now = 0.0, before = engine->mesh_sums->contrast;
+    int status = look(engine, &now);
+    int moved = now > changed * before || before > changed * now;
+    if (status != GBG_OK || !(moved || is_due(engine))) {
+        return status;
+    }
+    status = judge(engine);
+    engine->mesh_sums->contrast = status == GBG_OK ? now : before;
+    for (int f = 0; status == GBG_OK && moved && f < engine->scene.n_forces; f++) {
+        if (is_checked(engine, f)) {
+            gbg_log(engine->context, GBG_LOG_INFO,
+                    "step %llu: the densest place has gone from %.3g to %.3g times the mean; error "
+                    "of forces[%d] %.2g, tolerance %.3g",
+                    (unsigned long long)engine->step, before, now, f,
+                    engine->mesh_sums->force[f].measured, engine->mesh_sums->force[f].tolerance);
+        }
+    }
+    return status;
+}
+
+int gbg_engine_copy_sums(const struct gbg_engine *engine, struct gbg_sum_state *states)
+{
+    int count = 0;
+    for (int f = 0; engine->mesh_sums && f < engine->scene.n_forces; f++) {
+        const struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
+        if (engine->mesh_sums->checked && is_checked(engine, f)) {
+            states[count++] = (struct gbg_sum_state){.contrast = engine->mesh_sums->contrast,
+                                                     .measured = sum->measured,
+                                                     .force = f,
+                                                     .refined = sum->refined,
+                                                     .symmetric = sum->symmetric};
+        }
+    }
+    return count;
+}
+
+/* Whether those that a file holds are sums of this scene. */
+static int belong(const struct gbg_engine *engine, int count, const struct gbg_sum_state *states)
+{
+    int good = 1;
+    for (int k = 0; k < count; k++) {
+        int f = states[k].force;
+        good &= f >= 0 && f < engine->scene.n_forces && is_checked(engine, f) &&
+                states[k].refined >= 0 && states[k].refined <= GBG_MESH_REFINEMENTS;
+    }
+    return good;
+}
+
+int gbg_engine_restore_sums(struct gbg_engine *engine, int count,
+                            const struct gbg_sum_state *states)
+{
+    const struct gbg_mesh_place place = place_of(engine);
+    int status = GBG_OK;
+    if (!belong(engine, count, states)) {
+        return gbg_fail(engine->context, GBG_E_FORMAT,
+                        "it holds a sum over all images that the scene has not");
+    }
+    for (int f = 0; f < engine->scene.n_forces && status == GBG_OK; f++) {
+        struct gbg_sum_state state = {.measured = -1.0, .force = f};
+        for (int k = 0; k < count; k++) {
+            state = states[k].force == f ? states[k] : state;
+        }
+        struct gbg_mesh_sum *sum = is_checked(engine, f) ? &engine->mesh_sums->force[f] : NULL;
+        if (sum && sum->refined != state.refined) {
+            status = gbg_mesh_sum_refine(&place, state.refined, sum);
+            describe(engine, f);
+        }
+        if (sum && status == GBG_OK) {
+            sum->measured = state.measured;
+            sum->symmetric = state.symmetric;
+        }
+    }
+    if (engine->mesh_sums) {
+        engine->mesh_sums->checked = count > 0 && status == GBG_OK;
+        engine->mesh_sums->contrast = count > 0 ? states[0].contrast : 0.0;
+    }
+    engine->forces_current = 0;
+    return status;
+}
