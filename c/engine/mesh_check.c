@@ -3,6 +3,7 @@
 #include "engine/mesh_check.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "core/memory.h"
@@ -12,12 +13,8 @@
 
 /* Steps between looks at the density, the change of its contrast that calls for a new measurement,
  * and particles in the mean in a cell of such a look. */
-enum { LOOK_EVERY = 100, CROWD = 16, SAMPLES = 1000 };
+enum { LOOK_EVERY = 100, CROWD = 16 };
 static const double changed = 2.0;
-
-/* Forces smaller than this share of a neighbour's cancel by symmetry, as on a lattice: an error
- * relative to them would say nothing. */
-static const double vanishing = 0.01;
 
 /* Particles fetched at a time by a look. */
 enum { PIECE = 1 << 18 };
@@ -81,6 +78,14 @@ static int make_mesh_sums(struct gbg_engine *engine)
     return status;
 }
 
+/* A refusal of the sum becomes one of the scene, its sentence begins with the key. */
+static int name_refusal(struct gbg_engine *engine, int f)
+{
+    char sentence[GBG_MESSAGE_CAPACITY];
+    snprintf(sentence, sizeof sentence, "%s", gbg_message_of(engine->context));
+    return gbg_fail(engine->context, GBG_E_SCENE, "forces[%d].%s", f, sentence);
+}
+
 int gbg_engine_make_mesh_sum(struct gbg_engine *engine, int f)
 {
     const struct gbg_scene *scene = &engine->scene;
@@ -99,8 +104,7 @@ int gbg_engine_make_mesh_sum(struct gbg_engine *engine, int f)
     sum->wish.single = engine->use_double ? 0 : -1;
     status = gbg_mesh_sum_make(&place, sum);
     if (status == GBG_E_ARGUMENT) {
-        status = gbg_fail(engine->context, GBG_E_SCENE, "forces[%d].%s", f,
-                          gbg_message_of(engine->context));
+        status = name_refusal(engine, f);
     } else if (status != GBG_OK) {
         gbg_message_prefix(engine->context, "forces[%d].sum: lattice", f);
     }
@@ -195,14 +199,23 @@ int gbg_engine_sources(struct gbg_engine *engine, struct gbg_sources *sources)
     return status;
 }
 
-/* Force of this sum alone on the sample, and what it should be. */
-static int compare(struct gbg_engine *engine, int f, const struct gbg_sources *sources,
-                   struct gbg_sample *sample)
+struct check {
+    struct gbg_engine *engine;
+    const struct gbg_sources *sources;
+    struct gbg_sample *sample;
+    int force;
+    int referred; /* 1: the sample's reference is that of this force */
+};
+
+/* Forces of this sum alone on the sample. */
+static int sample_forces(const struct check *check)
 {
+    struct gbg_engine *engine = check->engine;
     const struct gbg_state *state = &engine->state;
+    struct gbg_sample *sample = check->sample;
     const int32_t *place;
     int status = engine->kernels->ewald_force(engine->device, &engine->state,
-                                              engine->mesh_sums->force[f].body, 0);
+                                              engine->mesh_sums->force[check->force].body, 0);
     engine->forces_current = 0;
     status = status ? status : gbg_engine_places(engine, &place);
     for (int a = 0; status == GBG_OK && a < state->box.dimension; a++) {
@@ -212,22 +225,20 @@ static int compare(struct gbg_engine *engine, int f, const struct gbg_sources *s
                                                state->force[a] + i, sizeof(double));
         }
     }
-    return status ? status
-                  : gbg_sources_reference(engine->context, sources, engine->scene.force[f].power,
-                                          sample, sample->reference);
+    return status;
 }
 
-static int measure(struct gbg_engine *engine, int f, const struct gbg_sources *sources,
-                   struct gbg_sample *sample)
+static int measure(void *user, struct gbg_mesh_sum *sum)
 {
-    struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
-    int status = compare(engine, f, sources, sample);
+    struct check *check = user;
+    int status = sample_forces(check);
+    if (status == GBG_OK && !check->referred) {
+        status = gbg_sources_reference(check->engine->context, check->sources, sum->wish.power,
+                                       check->sample, check->sample->reference);
+        check->referred = status == GBG_OK;
+    }
     if (status == GBG_OK) {
-        struct gbg_deviation error = gbg_sample_compare(sample);
-        double typical = gbg_sources_typical(sources, engine->scene.force[f].power);
-        sum->symmetric = error.rms < vanishing * typical;
-        double size = sum->symmetric ? typical : error.rms;
-        sum->measured = error.difference == 0.0 ? 0.0 : error.difference / size;
+        gbg_mesh_sum_judge(sum, check->sample, check->sources);
     }
     return status;
 }
@@ -244,45 +255,18 @@ static void describe(struct gbg_engine *engine, int f)
     }
 }
 
-static int missed(struct gbg_engine *engine, int f, int64_t samples)
+static int settle(struct check *check)
 {
-    const struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
-    return gbg_fail(engine->context, GBG_E_SCENE,
-                    "forces[%d].tolerance: %.3g asked for, but the error measured on %lld "
-                    "particles is %.2g after %d refinements, and none finer can be had; give a "
-                    "looser tolerance%s, or check: false to run with this error",
-                    f, sum->tolerance, (long long)samples, sum->measured, sum->refined,
-                    engine->use_double ? "" : " or precision.mode double");
-}
-
-/* Measures a sum, and refines it until it keeps to its tolerance. */
-static int settle(struct gbg_engine *engine, int f, const struct gbg_sources *sources,
-                  struct gbg_sample *sample)
-{
-    const struct gbg_mesh_place place = place_of(engine);
-    struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
-    int status = measure(engine, f, sources, sample);
-    while (status == GBG_OK && !(sum->measured <= sum->tolerance)) {
-        int times = sum->refined + 1;
-        if (times > GBG_MESH_REFINEMENTS) {
-            return missed(engine, f, sample->size);
-        }
-        double before = sum->measured;
-        status = gbg_mesh_sum_refine(&place, times, sum);
-        if (status == GBG_E_ARGUMENT) {
-            return missed(engine, f, sample->size);
-        }
-        status = status ? status : measure(engine, f, sources, sample);
-        if (status == GBG_OK) {
-            describe(engine, f);
-            gbg_log(engine->context, GBG_LOG_INFO,
-                    "step %llu: forces[%d] missed its tolerance %.3g: error %.2g, %.2g with reach "
-                    "%.3g and mesh %dx%d",
-                    (unsigned long long)engine->step, f, sum->tolerance, before, sum->measured,
-                    sum->choice.reach, (int)sum->choice.cells[0], (int)sum->choice.cells[1]);
-        }
-    }
-    return status;
+    struct gbg_engine *engine = check->engine;
+    struct gbg_mesh_sum *sum = &engine->mesh_sums->force[check->force];
+    struct gbg_mesh_place place = place_of(engine);
+    char name[64];
+    snprintf(name, sizeof name, "step %llu: forces[%d]", (unsigned long long)engine->step,
+             check->force);
+    place.name = name;
+    int status = gbg_mesh_sum_settle(&place, check->sample->size, measure, check, sum);
+    describe(engine, check->force);
+    return status == GBG_E_ARGUMENT ? name_refusal(engine, check->force) : status;
 }
 
 static int is_checked(const struct gbg_engine *engine, int f)
@@ -306,10 +290,10 @@ static int judge(struct gbg_engine *engine)
     int status = gbg_engine_sources(engine, &sources);
     status = status ? status
                     : gbg_sample_make(engine->context, engine->scene.dimension, engine->state.owned,
-                                      SAMPLES, &sample);
+                                      GBG_MESH_SAMPLES, &sample);
     for (int f = 0; status == GBG_OK && f < engine->scene.n_forces; f++) {
         if (is_checked(engine, f)) {
-            status = settle(engine, f, &sources, &sample);
+            status = settle(&(struct check){engine, &sources, &sample, f, 0});
         }
     }
     gbg_sample_release(&sample);

@@ -5,6 +5,7 @@
 
 #include "core/context.h"
 #include "core/memory.h"
+#include "engine/sample.h"
 
 /* Of the user's tolerance, what the model is asked for. */
 static const double finer[GBG_MESH_REFINEMENTS + 1] = {1.0, 1.0 / 3.0, 0.1, 1.0 / 30.0, 0.01};
@@ -40,7 +41,7 @@ static double finest(const struct gbg_ewald_wish *wish)
     return tried.tolerance;
 }
 
-static int choose(struct gbg_context *context, struct gbg_mesh_sum *sum)
+int gbg_mesh_sum_choose(struct gbg_context *context, struct gbg_mesh_sum *sum)
 {
     int status = gbg_ewald_choose(&sum->wish, &sum->choice, &sum->predicted, &sum->cost);
     if (status == GBG_OK) {
@@ -85,7 +86,7 @@ int gbg_mesh_sum_make(const struct gbg_mesh_place *place, struct gbg_mesh_sum *s
         return gbg_fail(place->context, GBG_E_UNBUILT, "backend %s has no sum over all images",
                         place->backend->name);
     }
-    int status = choose(place->context, sum);
+    int status = gbg_mesh_sum_choose(place->context, sum);
     return status ? status : make_body(place, sum);
 }
 
@@ -107,6 +108,54 @@ int gbg_mesh_sum_refine(const struct gbg_mesh_place *place, int times, struct gb
     if (status == GBG_OK) {
         gbg_mesh_sum_free(place, sum);
         *sum = made;
+    }
+    return status;
+}
+
+/* Forces smaller than this share of a neighbour's cancel by symmetry, as on a lattice: an error
+ * relative to them would say nothing. */
+static const double vanishing = 0.01;
+
+void gbg_mesh_sum_judge(struct gbg_mesh_sum *sum, const struct gbg_sample *sample,
+                        const struct gbg_sources *sources)
+{
+    struct gbg_deviation error = gbg_sample_compare(sample);
+    double typical = gbg_sources_typical(sources, sum->wish.power);
+    sum->symmetric = error.rms < vanishing * typical;
+    double size = sum->symmetric ? typical : error.rms;
+    sum->measured = error.difference == 0.0 ? 0.0 : error.difference / size;
+}
+
+static int missed(struct gbg_context *context, const struct gbg_mesh_sum *sum, int64_t samples)
+{
+    return gbg_fail(context, GBG_E_ARGUMENT,
+                    "tolerance: %.3g asked for, but the error measured on %lld particles is %.2g "
+                    "after %d refinements, and none finer can be had; give a looser tolerance%s, "
+                    "or check: false to go on with this error",
+                    sum->tolerance, (long long)samples, sum->measured, sum->refined,
+                    sum->wish.single == 0 ? "" : " or double precision");
+}
+
+int gbg_mesh_sum_settle(const struct gbg_mesh_place *place, int64_t samples,
+                        gbg_mesh_measure measure, void *user, struct gbg_mesh_sum *sum)
+{
+    int status = measure(user, sum);
+    while (status == GBG_OK && !(sum->measured <= sum->tolerance)) {
+        double before = sum->measured;
+        int times = sum->refined + 1;
+        status =
+            times > GBG_MESH_REFINEMENTS ? GBG_E_ARGUMENT : gbg_mesh_sum_refine(place, times, sum);
+        if (status == GBG_E_ARGUMENT) {
+            return missed(place->context, sum, samples);
+        }
+        status = status ? status : measure(user, sum);
+        if (status == GBG_OK) {
+            gbg_log(place->context, GBG_LOG_INFO,
+                    "%s missed its tolerance %.3g: error %.2g, now %.2g with reach %.3g and mesh "
+                    "%dx%d",
+                    place->name, sum->tolerance, before, sum->measured, sum->choice.reach,
+                    (int)sum->choice.cells[0], (int)sum->choice.cells[1]);
+        }
     }
     return status;
 }

@@ -16,10 +16,12 @@ struct gbg_mesh_place {
     const struct gbg_kernels *kernels;
     struct gbg_device *device;
     const struct gbg_state *state;
-    int hurry; /* 1: few sums will be made */
+    int hurry;        /* 1: few sums will be made */
+    const char *name; /* of the sum, in the log */
 };
 
-enum { GBG_MESH_REFINEMENTS = 4 };
+/* Refinements at most, and particles on which an error is measured. */
+enum { GBG_MESH_REFINEMENTS = 4, GBG_MESH_SAMPLES = 1000 };
 
 struct gbg_mesh_sum {
     struct gbg_ewald_wish wish; /* its tolerance is finer than the user's after refinements */
@@ -37,12 +39,26 @@ struct gbg_mesh_sum {
  * gradient and single may be changed before it is made. */
 void gbg_mesh_sum_begin(int dimension, const double *length, double power, int64_t n,
                         double tolerance, struct gbg_mesh_sum *sum);
-/* Chooses and makes; refusals are GBG_E_ARGUMENT. */
+/* The numbers alone; refusals are GBG_E_ARGUMENT. */
+int gbg_mesh_sum_choose(struct gbg_context *context, struct gbg_mesh_sum *sum);
+/* Chooses and makes; refusals as before. */
 int gbg_mesh_sum_make(const struct gbg_mesh_place *place, struct gbg_mesh_sum *sum);
 void gbg_mesh_sum_free(const struct gbg_mesh_place *place, struct gbg_mesh_sum *sum);
 /* As it is after `times` refinements (0: none); GBG_E_ARGUMENT if the model has nothing so fine.
  * What fails leaves it as it was. */
 int gbg_mesh_sum_refine(const struct gbg_mesh_place *place, int times, struct gbg_mesh_sum *sum);
+
+/* Puts the error of a sample's forces, relative to their size, into sum->measured. */
+struct gbg_sample;
+struct gbg_sources;
+void gbg_mesh_sum_judge(struct gbg_mesh_sum *sum, const struct gbg_sample *sample,
+                        const struct gbg_sources *sources);
+
+/* Measures, and refines until the tolerance is kept; each refinement is a line of the log.
+ * GBG_E_ARGUMENT with a sentence that begins with "tolerance" if it cannot be kept. */
+typedef int (*gbg_mesh_measure)(void *user, struct gbg_mesh_sum *sum);
+int gbg_mesh_sum_settle(const struct gbg_mesh_place *place, int64_t samples,
+                        gbg_mesh_measure measure, void *user, struct gbg_mesh_sum *sum);
 
 /* "r/r^3, all images: reach 3.7, mesh 128x128, width 6, float, error 9.1e-05, 64 ns a particle". */
 void gbg_mesh_sum_describe(const struct gbg_mesh_sum *sum, size_t capacity, char *text);

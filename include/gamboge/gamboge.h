@@ -7,6 +7,7 @@
 #include "engine.h"
 #include "kernels.h"
 #include "neighbours.h"
+#include "sum.h"
 #include "scene.h"
 #include "status.h"
 #include "trajectory.h"
