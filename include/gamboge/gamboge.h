@@ -7,9 +7,9 @@
 #include "engine.h"
 #include "kernels.h"
 #include "neighbours.h"
-#include "sum.h"
 #include "scene.h"
 #include "status.h"
+#include "sum.h"
 #include "trajectory.h"
 #include "version.h"
 
