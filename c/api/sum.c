@@ -161,7 +161,7 @@ static int find_option(struct gbg_sum *sum, const char *option, const char *valu
 int gbg_sum_set_option(struct gbg_sum *sum, const char *option, const char *value)
 {
     static const char call[] = "gbg_sum_set_option";
-    int *member, chosen;
+    int *member = NULL, chosen = 0;
     if (!sum || !option || !value) {
         return gbg_fail(sum ? sum->context : NULL, GBG_E_ARGUMENT, "%s: %s is NULL", call,
                         !sum     ? "sum"
