@@ -127,6 +127,6 @@ int64_t gbg_bench_points(int dimension, const double *lengths, int lattice, int6
 /* The cases (bench/cases). */
 extern const struct gbg_bench_case gbg_bench_direct, gbg_bench_neighbours, gbg_bench_noise,
     gbg_bench_short_range, gbg_bench_sizes_case, gbg_bench_structure_factor, gbg_bench_carter2016,
-    gbg_bench_contact_rules, gbg_bench_contact_rules_open;
+    gbg_bench_contact_rules, gbg_bench_contact_rules_open, gbg_bench_long_range;
 
 #endif

@@ -22,7 +22,8 @@ static const double ENOUGH_SECONDS = 0.5; /* of timing, once there are LEAST_TIM
 static const struct gbg_bench_case *const cases[] = {
     &gbg_bench_direct,      &gbg_bench_neighbours,    &gbg_bench_noise,
     &gbg_bench_short_range, &gbg_bench_sizes_case,    &gbg_bench_structure_factor,
-    &gbg_bench_carter2016,  &gbg_bench_contact_rules, &gbg_bench_contact_rules_open};
+    &gbg_bench_carter2016,  &gbg_bench_contact_rules, &gbg_bench_contact_rules_open,
+    &gbg_bench_long_range};
 
 enum { CASES = sizeof cases / sizeof *cases };
 

@@ -21,6 +21,9 @@ struct gbg_ewald_wish {
                       node touched (both ways): 0: those of this machine class */
 };
 
+/* Hidden from users, shared with the program's benchmarks. */
+#pragma GCC visibility push(default)
+
 /* The finest tolerance that gbg_ewald_choose takes. */
 double gbg_ewald_finest(const struct gbg_ewald_wish *wish);
 
@@ -28,5 +31,7 @@ double gbg_ewald_finest(const struct gbg_ewald_wish *wish);
  * (no message) for a tolerance above 0.1 or below what double precision reaches for this power. */
 int gbg_ewald_choose(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *choice,
                      double *predicted, double *cost);
+
+#pragma GCC visibility pop
 
 #endif

@@ -38,9 +38,12 @@ struct gbg_ewald_plan {
     struct gbg_ewald_window window[3]; /* an axis, for meshes that are not equally fine */
 };
 
+/* Hidden from users, shared with the program's benchmarks. */
+#pragma GCC visibility push(default)
 /* Checks a choice and makes the tables; GBG_E_ARGUMENT (no message) if it cannot be. With single
  * the near part has the terms that single precision needs. */
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan);
+#pragma GCC visibility pop
 /* As gbg_split_loss, of split and mesh together: the error of the force that this plan is expected
  * to make, before rounding. */
 double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan);

@@ -17,6 +17,9 @@ struct gbg_ewald_sources {
     const double *alpha;
 };
 
+/* Hidden from users, shared with the program's benchmarks. */
+#pragma GCC visibility push(default)
+
 /* Field sum over k and all images of alpha_k r/|r|^(power+1), k = 0 wave removed, own images
  * included, at the listed particles; force[axis][target], potential[target] or NULL (the wave k = 0
  * removed: mean zero up to the near part's mean, which is subtracted too, so that it does not
@@ -25,5 +28,7 @@ struct gbg_ewald_sources {
 int gbg_ewald_reference(struct gbg_context *context, const struct gbg_ewald_sources *sources,
                         double balance, int64_t n_targets, const int32_t *target,
                         double *const *force, double *potential);
+
+#pragma GCC visibility pop
 
 #endif
