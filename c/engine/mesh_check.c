@@ -26,6 +26,8 @@ struct gbg_mesh_sums {
     struct gbg_mesh_sum force[GBG_MAX_FORCES]; /* as the scene's; body NULL: none of ours */
     int checked;
     double contrast; /* of the density at the last check */
+    double size;     /* RMS force then; -1: not known yet */
+    double typical;  /* force of a neighbour */
     int32_t cells[3];
     int32_t *count;  /* particles in each cell */
     uint32_t *words; /* of a piece: its cells, and coordinates on their way */
@@ -78,6 +80,29 @@ static int make_mesh_sums(struct gbg_engine *engine)
     return status;
 }
 
+/* Force of a typical source at the mean distance on a typical particle. */
+static double typical_force(const struct gbg_engine *engine, double power)
+{
+    const struct gbg_scene *scene = &engine->scene;
+    double most[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0}, n = fmax((double)engine->state.owned, 1.0);
+    double density = n;
+    for (int a = 0; a < scene->dimension; a++) {
+        density /= scene->length[a];
+    }
+    for (int s = 0; s < scene->n_species; s++) {
+        most[0] = fmax(most[0], fabs(scene->species[s].alpha));
+        most[1] = fmax(most[1], fabs(scene->species[s].mobility));
+    }
+    for (int s = 0; s < scene->n_species; s++) {
+        double alpha = scene->species[s].alpha / fmax(most[0], 1e-300);
+        double mobility = scene->species[s].mobility / fmax(most[1], 1e-300);
+        sum[0] += alpha * alpha * (double)scene->species[s].count;
+        sum[1] += mobility * mobility * (double)scene->species[s].count;
+    }
+    return most[0] * sqrt(sum[0] / n) * most[1] * sqrt(sum[1] / n) *
+           pow(density, power / scene->dimension);
+}
+
 /* A refusal of the sum becomes one of the scene, its sentence begins with the key. */
 static int name_refusal(struct gbg_engine *engine, int f)
 {
@@ -98,6 +123,8 @@ int gbg_engine_make_mesh_sum(struct gbg_engine *engine, int f)
     struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
     gbg_mesh_sum_begin(scene->dimension, scene->length, force->power, engine->state.owned,
                        force->tolerance, sum);
+    engine->mesh_sums->typical =
+        fmax(engine->mesh_sums->typical, typical_force(engine, force->power));
     sum->wish.split = force->split;
     sum->wish.window = force->window;
     sum->wish.gradient = force->gradient;
@@ -350,7 +377,32 @@ int gbg_engine_check_sums(struct gbg_engine *engine)
     }
     int status = judge(engine);
     status = status ? status : look(engine, &engine->mesh_sums->contrast);
+    engine->mesh_sums->size = -1.0;
     engine->mesh_sums->checked = status == GBG_OK;
+    return status;
+}
+
+/* RMS of the forces of this step. Their squares are added as integers, so that the order in memory
+ * does not show; unit: what they are measured in, at most 1e4 of it counts. */
+static int force_size(struct gbg_engine *engine, double unit, double *rms)
+{
+    int64_t n = engine->state.owned, piece = n < PIECE ? n : PIECE;
+    uint64_t sum = 0;
+    int status = GBG_OK;
+    double *value = (double *)(void *)engine->mesh_sums->words;
+    for (int a = 0; a < engine->scene.dimension; a++) {
+        for (int64_t first = 0; status == GBG_OK && first < n; first += piece) {
+            int64_t count = n - first < piece ? n - first : piece;
+            status =
+                engine->backend->download(engine->device, value, engine->state.force[a] + first,
+                                          (size_t)count * sizeof *value);
+            for (int64_t i = 0; status == GBG_OK && i < count; i++) {
+                double r = fmin(fabs(value[i] / unit), 1e4);
+                sum += (uint64_t)(r * r * 0x1p20);
+            }
+        }
+    }
+    *rms = unit * sqrt((double)sum * 0x1p-20 / (double)n);
     return status;
 }
 
@@ -366,33 +418,62 @@ static int is_due(const struct gbg_engine *engine)
     return symmetric && looks > 0 && (looks & (looks - 1)) == 0;
 }
 
-int gbg_engine_watch_sums(struct gbg_engine *engine)
+/* 1 if a sum, whose error in the size of a force stays, misses its tolerance for the size that
+ * forces have now. */
+static int would_miss(const struct gbg_engine *engine, double size)
 {
-    if (!engine->mesh_sums || !wants_checks(engine)) {
-        return GBG_OK;
+    int missing = 0;
+    for (int f = 0; f < engine->scene.n_forces; f++) {
+        const struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
+        missing |= is_checked(engine, f) && !sum->symmetric &&
+                   sum->measured * engine->mesh_sums->size > sum->tolerance * size;
     }
-    if (!engine->mesh_sums->checked) {
-        return gbg_engine_check_sums(engine);
-    }
-    if (engine->step % LOOK_EVERY != 0) {
-        return GBG_OK;
-    }
-    double now = 0.0, before = engine->mesh_sums->contrast;
-    int status = look(engine, &now);
-    int moved = now > changed * before || before > changed * now;
-    if (status != GBG_OK || !(moved || is_due(engine))) {
-        return status;
-    }
-    status = judge(engine);
-    engine->mesh_sums->contrast = status == GBG_OK ? now : before;
-    for (int f = 0; status == GBG_OK && moved && f < engine->scene.n_forces; f++) {
+    return missing;
+}
+
+static void tell(struct gbg_engine *engine, const char *why, double before, double now)
+{
+    for (int f = 0; f < engine->scene.n_forces; f++) {
         if (is_checked(engine, f)) {
             gbg_log(engine->context, GBG_LOG_INFO,
-                    "step %llu: the densest place has gone from %.3g to %.3g times the mean; error "
-                    "of forces[%d] %.2g, tolerance %.3g",
-                    (unsigned long long)engine->step, before, now, f,
+                    "step %llu: %s has gone from %.3g to %.3g; error of forces[%d] %.2g, tolerance "
+                    "%.3g",
+                    (unsigned long long)engine->step, why, before, now, f,
                     engine->mesh_sums->force[f].measured, engine->mesh_sums->force[f].tolerance);
         }
+    }
+}
+
+int gbg_engine_watch_sums(struct gbg_engine *engine, int *measured)
+{
+    struct gbg_mesh_sums *sums = engine->mesh_sums;
+    *measured = 0;
+    if (!sums || !sums->checked || (engine->step % LOOK_EVERY != 0 && sums->size >= 0.0)) {
+        return GBG_OK;
+    }
+    double contrast = 0.0, size = 0.0;
+    double unit = sums->size > 0.0 ? sums->size : sums->typical > 0.0 ? sums->typical : 1.0;
+    int status = look(engine, &contrast);
+    status = status ? status : force_size(engine, unit, &size);
+    if (status != GBG_OK || sums->size < 0.0) {
+        sums->size = size;
+        return status;
+    }
+    int gathered = contrast > changed * sums->contrast || sums->contrast > changed * contrast;
+    int weaker = would_miss(engine, size);
+    if (!(gathered || weaker || is_due(engine))) {
+        return GBG_OK;
+    }
+    status = judge(engine);
+    *measured = 1;
+    if (status == GBG_OK) {
+        if (gathered) {
+            tell(engine, "the densest place in means", sums->contrast, contrast);
+        } else if (weaker) {
+            tell(engine, "the RMS force", sums->size, size);
+        }
+        sums->contrast = contrast;
+        sums->size = size;
     }
     return status;
 }
@@ -404,6 +485,7 @@ int gbg_engine_copy_sums(const struct gbg_engine *engine, struct gbg_sum_state *
         const struct gbg_mesh_sum *sum = &engine->mesh_sums->force[f];
         if (engine->mesh_sums->checked && is_checked(engine, f)) {
             states[count++] = (struct gbg_sum_state){.contrast = engine->mesh_sums->contrast,
+                                                     .size = engine->mesh_sums->size,
                                                      .measured = sum->measured,
                                                      .force = f,
                                                      .refined = sum->refined,
@@ -452,6 +534,7 @@ int gbg_engine_restore_sums(struct gbg_engine *engine, int count,
     if (engine->mesh_sums) {
         engine->mesh_sums->checked = count > 0 && status == GBG_OK;
         engine->mesh_sums->contrast = count > 0 ? states[0].contrast : 0.0;
+        engine->mesh_sums->size = count > 0 ? states[0].size : 0.0;
     }
     engine->forces_current = 0;
     return status;

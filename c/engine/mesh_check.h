@@ -15,9 +15,10 @@ const struct gbg_mesh_sum *gbg_engine_mesh_sum(const struct gbg_engine *engine, 
 /* A particle. */
 double gbg_engine_mesh_bytes(const struct gbg_engine *engine, int f);
 
-/* Before a step: the check of gbg_engine_check_sums if there was none, and another one when the
- * density has changed. */
-int gbg_engine_watch_sums(struct gbg_engine *engine);
+/* In a step, when its forces are there: now and then looks at the density and at the size of the
+ * forces, and measures the sums anew if these have changed: then *measured is 1, and the forces
+ * have to be made again. */
+int gbg_engine_watch_sums(struct gbg_engine *engine, int *measured);
 
 /* All particles in the order of ids, coordinates from the lower corner of the box. */
 int gbg_engine_sources(struct gbg_engine *engine, struct gbg_sources *sources);

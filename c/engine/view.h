@@ -65,7 +65,8 @@ int gbg_engine_restore(struct gbg_engine *engine, uint64_t step, const uint64_t 
 /* What is known of the sums over all images: it must go on with the state, because a sum that was
  * refined adds other numbers. */
 struct gbg_sum_state {
-    double contrast, measured; /* of the density, the relative error; at the last check */
+    double contrast, size,
+        measured; /* of the density, RMS force, relative error: at the last check */
     int32_t force, refined, symmetric, unused;
 };
 /* Measures the sums if this was not done yet. */

@@ -28,7 +28,7 @@ struct gbg_restart_head {
 _Static_assert(sizeof(struct gbg_restart_head) == 8 + 8 + 64 + 8 + 16 + 16 + 48 + 320,
                "the head of a restart file has no gaps");
 
-_Static_assert(sizeof(struct gbg_sum_state) == 32, "a sum of a restart file has no gaps");
+_Static_assert(sizeof(struct gbg_sum_state) == 40, "a sum of a restart file has no gaps");
 
 /* A file being read or written from the start to the end, with the hash of what went by. */
 struct gbg_restart_stream {
