@@ -472,7 +472,7 @@ static void R(gather)(struct gbg_device *device, struct gbg_ewald *sum, enum rea
     const int threads = device->threads < sum->threads ? device->threads : sum->threads;
     const int meshes = reading == FIELDS ? sum->plan.choice.dimension : 1;
     const int64_t blocks = (int64_t)sum->blocks[1] * sum->blocks[2];
-    R(taker) take = R(choose_taker)(sum, reading);
+    R(taker) taker = R(choose_taker)(sum, reading);
     TABLES tables;
     R(make_tables)(&sum->plan, sum->wave_unit, &tables);
 #pragma omp parallel num_threads(threads)
@@ -492,7 +492,7 @@ static void R(gather)(struct gbg_device *device, struct gbg_ewald *sum, enum rea
                 fetch_patch(sum, sum->mesh[reading == FIELDS ? m + 1 : 0], &block,
                             patch + m * sum->patch);
             }
-            take(sum, &tables, &block, &batch, patch);
+            taker(sum, &tables, &block, &batch, patch);
         }
     }
 }
