@@ -28,6 +28,7 @@ struct gbg_ewald_order {
     float *source;         /* alpha over the largest |alpha|; single precision */
     double *source_double; /* double precision */
     double largest;        /* |alpha| */
+    int uniform;           /* 1: all have the same alpha */
     double *field[3];      /* of each, in the same order, of sources over the largest */
 };
 

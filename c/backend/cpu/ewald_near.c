@@ -31,43 +31,57 @@ static vd general_double(vd u, vd minus, const struct gbg_near_sum *sum)
     return vd_add(vd_load(lane), minus);
 }
 
-/* Lanes of n values: runs of a few vectors in single precision, these in double precision. */
-static inline void add_lanes_single(const float *value, int n, vd *sum)
+/* Lanes of n values of each axis: runs of a few vectors in single precision, these in double
+ * precision. */
+GBG_ALWAYS void add_lanes_single(const float *const value[3], int n, int dimension,
+                                 vd sum[3][GBG_NEAR_LANES / VD_LANES])
 {
-    static const int32_t number[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    static const int32_t number[GBG_NEAR_LANES] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                   8, 9, 10, 11, 12, 13, 14, 15};
     enum { VECTORS = GBG_NEAR_LANES / VF_LANES };
-    for (int l = 0; l < 2 * VECTORS; l++) {
-        sum[l] = vd_set(0.0);
+    for (int l = 0; l < 2 * VECTORS * dimension; l++) {
+        sum[l % dimension][l / dimension] = vd_set(0.0);
     }
     for (int j = 0; j < n; j += GBG_NEAR_RUN * GBG_NEAR_LANES) {
         for (int l = 0; l < VECTORS; l++) {
             vi lane = vi_load(number + l * VF_LANES);
-            vf some = vf_set(0.0f);
+            vf some[3] = {vf_set(0.0f), vf_set(0.0f), vf_set(0.0f)};
 #pragma GCC unroll 4
             for (int v = 0; v < GBG_NEAR_RUN; v++) {
                 int at = j + v * GBG_NEAR_LANES;
                 vm inside = vi_lt(lane, vi_set(n - at));
-                some = vf_add(some, vf_keep(inside, vf_load(value + at + l * VF_LANES)));
+                for (int a = 0; a < dimension; a++) {
+                    vf more = vf_load(value[a] + at + l * VF_LANES);
+                    some[a] = vf_add(some[a], vf_keep(inside, more));
+                }
             }
-            sum[2 * l] = vd_add(sum[2 * l], vd_low(some));
-            sum[2 * l + 1] = vd_add(sum[2 * l + 1], vd_high(some));
+            for (int a = 0; a < dimension; a++) {
+                sum[a][2 * l] = vd_add(sum[a][2 * l], vd_low(some[a]));
+                sum[a][2 * l + 1] = vd_add(sum[a][2 * l + 1], vd_high(some[a]));
+            }
         }
     }
 }
 
-static inline void add_lanes_double(const double *value, int n, vd *sum)
+GBG_ALWAYS void add_lanes_double(const double *const value[3], int n, int dimension,
+                                 vd sum[3][GBG_NEAR_LANES / VD_LANES])
 {
     enum { VECTORS = GBG_NEAR_LANES / VD_LANES };
-    for (int l = 0; l < VECTORS; l++) {
-        sum[l] = vd_set(0.0);
-    }
-    for (int j = 0; j < n; j += VD_LANES) {
-        int l = j / VD_LANES % VECTORS;
-        vd some = vd_load(value + j);
-        if (n - j < VD_LANES) {
-            some = vd_keep(vdm_from_bits((UINT32_C(1) << (n - j)) - 1), some);
+    for (int a = 0; a < dimension; a++) {
+        for (int l = 0; l < VECTORS; l++) {
+            sum[a][l] = vd_set(0.0);
         }
-        sum[l] = vd_add(sum[l], some);
+        for (int j = 0; j < n; j += GBG_NEAR_LANES) {
+            for (int l = 0; l < VECTORS; l++) {
+                int left = n - j - l * VD_LANES;
+                vd some = vd_load(value[a] + j + l * VD_LANES);
+                if (left < VD_LANES) {
+                    uint32_t bits = left > 0 ? (UINT32_C(1) << left) - 1 : 0;
+                    some = vd_keep(vdm_from_bits(bits), some);
+                }
+                sum[a][l] = vd_add(sum[a][l], some);
+            }
+        }
     }
 }
 
@@ -269,9 +283,7 @@ DEFINE_POWERS(double, 3)
         _Pragma("omp parallel num_threads(threads)")                                               \
         {                                                                                          \
             struct work_##precision work;                                                          \
-            work.sum = sum;                                                                        \
-            work.evaluate = evaluate;                                                              \
-            work.batch.segments = work.batch.used = work.batch.selves = 0;                         \
+            start_##precision(&work, sum, evaluate);                                               \
             _Pragma("omp for schedule(dynamic, 4)") for (int64_t t = 0; t < tasks; t++)            \
             {                                                                                      \
                 task_##precision(&work, t, dimension, scaled);                                     \
@@ -348,6 +360,7 @@ void GBG_ISA_NAME(gbg_ewald_near)(struct gbg_device *device, const struct gbg_st
         sum.minus[d] = -split->near[d];
         sum.single[d] = (float)sum.minus[d];
     }
+    sum.uniform = ewald->order.uniform;
     int scaled = choose_units(choice, &sum);
     if (ewald->order.n > 0) {
         (choice->single ? run_single : run_double)(&sum, scaled, device->threads);

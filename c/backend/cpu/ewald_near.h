@@ -37,6 +37,7 @@ enum {
 struct gbg_near_sum {
     const struct gbg_state *state;
     const struct gbg_ewald_order *order;
+    int uniform;          /* 1: all sources are alike */
     int dimension, power; /* power 0: not a whole one */
     double exponent;      /* -(power + 1)/2 */
     int degree;

@@ -30,6 +30,8 @@ typedef int (*NEAR(evaluate))(const struct gbg_near_sum *sum, struct NEAR(batch)
 struct NEAR(work) {
     const struct gbg_near_sum *sum;
     NEAR(evaluate) evaluate;
+    REAL limit;  /* square of the reach */
+    int uniform; /* 1: all sources are alike */
     struct gbg_near_rows rows;
     struct NEAR(strip) strip;
     struct NEAR(batch) batch;
@@ -49,27 +51,40 @@ GBG_ALWAYS VECTOR NEAR(differences)(const struct gbg_near_sum *sum, const WORD o
     return squared;
 }
 
-/* Keeps the pairs within the reach of a particle with n of the strip from p on; returns how many.
- */
-GBG_ALWAYS int NEAR(keep)(struct NEAR(work) * work, const WORD own[3], int64_t p, int64_t n,
-                          int dimension, int scaled)
+/* Keeps those of LANES pairs of a particle with the strip from p on that are within the reach and
+ * in `among`; returns how many. */
+GBG_ALWAYS int NEAR(keep_some)(struct NEAR(work) * work, const WORD own[3], int64_t p, int at,
+                               uint32_t among, int dimension, int scaled)
 {
     const struct NEAR(strip) *strip = &work->strip;
     struct NEAR(batch) *batch = &work->batch;
     const WORD *const x[3] = {strip->x[0], strip->x[1], strip->x[2]};
-    const VECTOR limit = V(set)((REAL)(work->sum->reach * work->sum->reach));
-    int at = batch->used;
-    for (int64_t j = 0; j < n; j += LANES) {
-        VECTOR r[3], squared = NEAR(differences)(work->sum, own, x, p + j, dimension, scaled, r);
-        uint32_t bits = BITS(V(lt)(squared, limit));
-        bits &= n - j < LANES ? (UINT32_C(1) << (n - j)) - 1 : UINT32_MAX;
-        for (int a = 0; a < dimension; a++) {
-            SQUEEZE(batch->r[a] + at, bits, r[a]);
-        }
-        SQUEEZE(batch->source + at, bits, V(load)(strip->source + p + j));
-        at += __builtin_popcount(bits);
+    VECTOR r[3], squared = NEAR(differences)(work->sum, own, x, p, dimension, scaled, r);
+    uint32_t bits = BITS(V(lt)(squared, V(set)(work->limit))) & among;
+    for (int a = 0; a < dimension; a++) {
+        SQUEEZE(batch->r[a] + at, bits, r[a]);
     }
-    return at - batch->used;
+    if (!work->uniform) {
+        SQUEEZE(batch->source + at, bits, V(load)(strip->source + p));
+    }
+    return __builtin_popcount(bits);
+}
+
+/* The same for n pairs. */
+GBG_ALWAYS int NEAR(keep)(struct NEAR(work) * work, const WORD own[3], int64_t p, int64_t n,
+                          int dimension, int scaled)
+{
+    const uint32_t all = (UINT32_C(1) << LANES) - 1;
+    int at = work->batch.used;
+    int64_t end = p + n;
+    for (; p + LANES <= end; p += LANES) {
+        at += NEAR(keep_some)(work, own, p, at, all, dimension, scaled);
+    }
+    if (p < end) {
+        uint32_t rest = (UINT32_C(1) << (end - p)) - 1;
+        at += NEAR(keep_some)(work, own, p, at, rest, dimension, scaled);
+    }
+    return at - work->batch.used;
 }
 
 GBG_ALWAYS int NEAR(evaluate_law)(const struct gbg_near_sum *sum, struct NEAR(batch) * batch,
@@ -114,12 +129,10 @@ GBG_ALWAYS int NEAR(evaluate_law)(const struct gbg_near_sum *sum, struct NEAR(ba
     return nearer;
 }
 
-/* The sum of n values: by lanes, then over lanes in a fixed tree. */
-GBG_ALWAYS double NEAR(total)(const REAL *value, int n)
+/* The sum over lanes in a fixed tree. */
+GBG_ALWAYS double NEAR(fold)(vd sum[GBG_NEAR_LANES / VD_LANES])
 {
     double lane[VD_LANES];
-    vd sum[GBG_NEAR_LANES / VD_LANES];
-    ADD_LANES(value, n, sum);
     for (int half = GBG_NEAR_LANES / VD_LANES / 2; half > 0; half /= 2) {
         for (int l = 0; l < half; l++) {
             sum[l] = vd_add(sum[l], sum[l + half]);
@@ -132,6 +145,24 @@ GBG_ALWAYS double NEAR(total)(const REAL *value, int n)
         }
     }
     return lane[0];
+}
+
+/* Fields of the particles of a batch, from the forces of its pairs. */
+GBG_ALWAYS void NEAR(add_up)(const struct gbg_near_sum *sum, const struct NEAR(batch) * batch,
+                             int dimension)
+{
+    for (int s = 0; s < batch->segments; s++) {
+        const struct gbg_near_segment *segment = &batch->segment[s];
+        vd total[3][GBG_NEAR_LANES / VD_LANES];
+        const REAL *value[3] = {batch->r[0] + segment->at, batch->r[1] + segment->at,
+                                batch->r[2] + segment->at};
+        ADD_LANES(value, segment->count, dimension, total);
+        for (int a = 0; a < dimension; a++) {
+            double *field = sum->order->field[a] + segment->k;
+            double all = NEAR(fold)(total[a]) * sum->factor;
+            *field = segment->from > 0 ? *field + all : all;
+        }
+    }
 }
 
 /* Evaluates the batch and adds it to the fields. */
@@ -147,13 +178,10 @@ static void NEAR(flush)(struct NEAR(work) * work)
         }
     }
     int nearer = work->evaluate(sum, batch);
-    for (int s = 0; s < batch->segments; s++) {
-        const struct gbg_near_segment *segment = &batch->segment[s];
-        for (int a = 0; a < sum->dimension; a++) {
-            double value = NEAR(total)(batch->r[a] + segment->at, segment->count) * sum->factor;
-            double *field = sum->order->field[a] + segment->k;
-            *field = segment->from > 0 ? *field + value : value;
-        }
+    if (sum->dimension == 2) {
+        NEAR(add_up)(sum, batch, 2);
+    } else {
+        NEAR(add_up)(sum, batch, 3);
     }
     if (nearer != batch->selves + padded - batch->used) {
         MEND(sum, batch->segments, batch->segment);
@@ -197,7 +225,9 @@ GBG_ALWAYS void NEAR(copy)(struct NEAR(work) * work, int64_t begin, int64_t end,
         for (int a = 0; a < dimension; a++) {
             COPY_WORDS(strip->x[a] + to, order, a, k);
         }
-        memcpy(strip->source + to, SOURCES(order) + k, COPY * sizeof(REAL));
+        if (!work->uniform) {
+            memcpy(strip->source + to, SOURCES(order) + k, COPY * sizeof(REAL));
+        }
     }
     strip->used += (int32_t)(end - begin);
 }
@@ -301,4 +331,17 @@ GBG_ALWAYS void NEAR(task)(struct NEAR(work) * work, int64_t task, int dimension
         column = NEAR(meet_some)(work, column, end, dimension, scaled);
     }
     NEAR(flush)(work);
+}
+
+static void NEAR(start)(struct NEAR(work) * work, const struct gbg_near_sum *sum,
+                        NEAR(evaluate) evaluate)
+{
+    work->sum = sum;
+    work->evaluate = evaluate;
+    work->limit = (REAL)(sum->reach * sum->reach);
+    work->uniform = sum->uniform;
+    work->batch.segments = work->batch.used = work->batch.selves = 0;
+    for (int k = 0; sum->uniform && k < GBG_NEAR_BATCH + GBG_NEAR_SPARE; k++) {
+        work->batch.source[k] = SOURCES(sum->order)[0];
+    }
 }

@@ -183,6 +183,10 @@ static void scale_sources(struct gbg_device *device, struct sorting *sorting)
         }
     }
     sorting->order->largest = largest;
+    sorting->order->uniform = !state->own_alpha;
+    for (int s = 1; s < state->n_species; s++) {
+        sorting->order->uniform &= state->alpha[s] == state->alpha[0];
+    }
     (void)device;
 }
 
