@@ -231,7 +231,7 @@ static int make_table(struct work *w, int potential)
     int status = gbg_allocate(w->context, &table, GBG_REFERENCE_PANELS, sizeof(gbg_reference_panel),
                               "table of the short part");
     if (status == GBG_OK) {
-        gbg_reference_table_make(&w->law, potential, table);
+        gbg_reference_table_make(&w->law, potential, w->context->threads, table);
         w->table[potential] = table;
     }
     return status;

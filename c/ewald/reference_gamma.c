@@ -142,10 +142,11 @@ static void fit(const double *value, double *term)
     }
 }
 
-void gbg_reference_table_make(const struct gbg_reference_law *law, int potential,
+void gbg_reference_table_make(const struct gbg_reference_law *law, int potential, int threads,
                               gbg_reference_panel *table)
 {
     enum { N = GBG_REFERENCE_TERMS, EACH = 1 << GBG_REFERENCE_PANEL_BITS };
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
     for (int p = 0; p < GBG_REFERENCE_PANELS; p++) {
         double value[N];
         for (int i = 0; i < N; i++) {

@@ -45,7 +45,7 @@ enum {
     GBG_REFERENCE_PANELS = GBG_REFERENCE_OCTAVES << GBG_REFERENCE_PANEL_BITS
 };
 typedef double gbg_reference_panel[GBG_REFERENCE_TERMS];
-void gbg_reference_table_make(const struct gbg_reference_law *law, int potential,
+void gbg_reference_table_make(const struct gbg_reference_law *law, int potential, int threads,
                               gbg_reference_panel *table);
 
 /* Waves n >= 0 of three axes; axis 0 is the longest of the box. Waves of axis 0 stand in tiles of
