@@ -7,15 +7,16 @@
 
 /* u^-((power+1)/2) + minus for a whole power from 1 to 6 and normal u > 0. Single precision: the
  * usual integer seed and minimax polynomials of our own in what it leaves, relative error of the
- * first term 1e-7 (power 1), 2e-8, 4e-8, 1e-7, 1.3e-7, 2e-7 (power 6) before rounding. */
+ * first term 8e-9 (power 1), 2e-8, 4e-8, 1e-7, 1.3e-7, 2e-7 (power 6) before rounding. */
 GBG_VECTOR vf gbg_ewald_weight(vf u, vf minus, int power)
 {
     vf t, e, y = gbg_law_seed(u, &t, &e), p = t, base = t;
     switch (power) {
     case 1:
-        p = gbg_law_next(vf_set(0x1.00886cp+0f), e, 0x1.017f58p+0f);
-        p = gbg_law_next(p, e, 0x1.00006ap+0f);
-        p = gbg_law_next(p, e, 0x1.ffff1cp-1f);
+        p = gbg_law_next(vf_set(0x1.00a3bep+0f), e, 0x1.01cc2cp+0f);
+        p = gbg_law_next(p, e, 0x1.000094p+0f);
+        p = gbg_law_next(p, e, 0x1.fffe64p-1f);
+        p = gbg_law_next(p, e, 0x1p+0f);
         p = gbg_law_next(p, e, 0x1p+0f);
         break;
     case 2:
