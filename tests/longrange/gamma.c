@@ -97,7 +97,7 @@ static void tables_are_right(void **state)
         double worst[2] = {0.0, 0.0};
         gbg_reference_law_make(2, power, 3.0, 1.0, &law);
         for (int potential = 0; potential < 2; potential++) {
-            gbg_reference_table_make(&law, potential, 1, table);
+            gbg_reference_table_make(&law, potential, 1, 0, table);
             for (double place = 0.5; place < GBG_REFERENCE_PANELS; place += 3.17) {
                 int panel = (int)place, each = 1 << GBG_REFERENCE_PANEL_BITS;
                 double z = 2.0 * (place - panel) - 1.0, value = 0.0;
