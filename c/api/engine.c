@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "core/view.h"
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 #include "io/start_file.h"
 
 static int no_engine(const char *call)
@@ -208,6 +209,35 @@ int gbg_engine_force_error(struct gbg_engine *engine, int64_t samples, double *r
     return status;
 }
 
+int gbg_engine_get_sum(const struct gbg_engine *engine, int force, double *tolerance,
+                       double *predicted, double *measured, int *refined)
+{
+    if (!engine) {
+        return no_engine("gbg_engine_get_sum");
+    }
+    if (force < 0 || force >= engine->scene.n_forces) {
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_get_sum: force %d is not one of the %d (counted from 0)", force,
+                        engine->scene.n_forces);
+    }
+    const struct gbg_mesh_sum *sum = gbg_engine_mesh_sum(engine, force);
+    if (!sum) {
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_get_sum: force %d has another sum than lattice", force);
+    }
+    const double value[3] = {sum->tolerance, sum->predicted, sum->measured};
+    double *const output[3] = {tolerance, predicted, measured};
+    for (int i = 0; i < 3; i++) {
+        if (output[i]) {
+            *output[i] = value[i];
+        }
+    }
+    if (refined) {
+        *refined = sum->refined;
+    }
+    return GBG_OK;
+}
+
 int gbg_engine_species(struct gbg_engine *engine, int64_t n, int32_t *species, int base)
 {
     struct gbg_engine_view view;
@@ -293,15 +323,11 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
     return GBG_OK;
 }
 
-static const char *const real_names[] = {"time",
-                                         "dt",
-                                         "seconds",
-                                         "largest_move",
-                                         "packing",
-                                         "bytes_per_particle",
-                                         "contact_virial",
-                                         "reverted_fraction",
-                                         NULL};
+static const char *const real_names[] = {"time",           "dt",
+                                         "seconds",        "largest_move",
+                                         "packing",        "bytes_per_particle",
+                                         "contact_virial", "reverted_fraction",
+                                         "check_seconds",  NULL};
 
 int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value)
 {
@@ -317,7 +343,8 @@ int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *v
                              gbg_scene_packing(&engine->scene),
                              gbg_engine_bytes(engine),
                              engine->contact_virial,
-                             gbg_engine_reverted_fraction(engine)};
+                             gbg_engine_reverted_fraction(engine),
+                             engine->check_seconds};
     int k = gbg_text_find(name, real_names);
     if (k < 0) {
         return gbg_fail(engine->context, GBG_E_NAME, "gbg_engine_real: no real \"%s\"; nearest: %s",
