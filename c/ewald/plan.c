@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "ewald/loss.h"
 #include "ewald/series.h"
 #include "gamboge/status.h"
 
@@ -61,6 +62,29 @@ static int is_right(const struct gbg_ewald_choice *choice)
     return 1;
 }
 
+/* Prolate windows have the shape that suits the waves of this split. */
+static int make_window(const struct gbg_ewald_choice *choice, int a, struct gbg_ewald_plan *plan)
+{
+    struct gbg_ewald_window *window = &plan->window[a];
+    int width = choice->width;
+    double spacing = choice->length[a] / choice->cells[a];
+    if (choice->window != GBG_EWALD_PROLATE) {
+        return gbg_ewald_window_make(choice->window, width, 1, window);
+    }
+    if (width < GBG_EWALD_NARROWEST || width > GBG_EWALD_WIDEST) {
+        return GBG_E_ARGUMENT;
+    }
+    for (int b = 0; b < a; b++) {
+        if (fabs(spacing * choice->cells[b] / choice->length[b] - 1) < 1e-3) {
+            *window = plan->window[b];
+            return GBG_OK;
+        }
+    }
+    double shape = gbg_ewald_best_shape(&plan->split, width, choice->length[a], choice->cells[a],
+                                        choice->gradient);
+    return gbg_ewald_window_shaped(width, shape, window);
+}
+
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan)
 {
     *plan = (struct gbg_ewald_plan){.choice = *choice};
@@ -70,8 +94,7 @@ int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_
     int status = gbg_split_make(choice->dimension, choice->power, choice->split, choice->reach,
                                 choice->band, &plan->split);
     for (int a = 0; status == GBG_OK && a < choice->dimension; a++) {
-        double ratio = fmin(fmax(finer(choice, a), 1), 4);
-        status = gbg_ewald_window_make(choice->window, choice->width, ratio, &plan->window[a]);
+        status = make_window(choice, a, plan);
     }
     if (status == GBG_OK && choice->single) {
         gbg_split_shorten(&plan->split, GBG_SINGLE_ERROR);
@@ -96,6 +119,17 @@ void gbg_ewald_fill_axis(const struct gbg_ewald_plan *plan, int a, struct gbg_ew
     }
 }
 
+/* What the slope of a window is short of, of the window's own wave: the steps at its ends. */
+static double slope_share(const struct gbg_ewald_plan *plan, int a, int32_t n, double square)
+{
+    const struct gbg_ewald_window *window = &plan->window[a];
+    if (n == 0 || window->kind != GBG_EWALD_PROLATE) {
+        return 1;
+    }
+    double f = (double)n / plan->choice.cells[a], phase = (double)GBG_PI_LONG * f;
+    return 1 - window->step * sin(phase * window->width) / (phase * sqrt(square));
+}
+
 /* Sum over axes of slope_a times power of the others. */
 static double slopes(int dimension, const double power[3], const double slope[3])
 {
@@ -109,13 +143,16 @@ void gbg_ewald_fill_row(const struct gbg_ewald_plan *plan, const struct gbg_ewal
     const struct gbg_ewald_choice *choice = &plan->choice;
     int d = choice->dimension, by_waves = choice->gradient == GBG_GRADIENT_WAVES;
     int32_t last = choice->cells[0] / 2, n[3] = {0, n1, d == 3 ? n2 : 0};
-    double power[3] = {1, 1, 1}, slope[3] = {0}, square = 1, volume = choice->length[0], wave2 = 0;
+    double power[3] = {1, 1, 1}, slope[3] = {0}, square = 1, volume = choice->length[0], wave2 = 0,
+           read2 = 0;
     for (int a = 1; a < d; a++) {
         power[a] = axis[a].power[n[a]];
         slope[a] = axis[a].slope[n[a]];
         square *= n[a] < choice->cells[a] / 2 ? axis[a].square[n[a]] : 0;
         volume *= choice->length[a];
         wave2 += wave(plan, a, n[a]) * wave(plan, a, n[a]);
+        read2 += wave(plan, a, n[a]) * wave(plan, a, n[a]) *
+                 (by_waves ? 1 : slope_share(plan, a, n[a], axis[a].square[n[a]]));
     }
     double others = power[1] * power[2];
     double end = square > 0 ? choice->band / choice->reach : 0;
@@ -128,8 +165,20 @@ void gbg_ewald_fill_row(const struct gbg_ewald_plan *plan, const struct gbg_ewal
         power[0] = axis[0].power[m];
         slope[0] = axis[0].slope[m];
         double all = power[0] * others;
-        double factor = by_waves ? 1 / (all * all) : k2 / (all * slopes(d, power, slope));
+        double factor = 1 / (all * all);
+        if (!by_waves) {
+            double read = read2 + k0 * k0 * slope_share(plan, 0, m, axis[0].square[m]);
+            factor = read / (all * slopes(d, power, slope));
+        }
         row[m] =
             gbg_split_far(&plan->split, sqrt(k2)) / volume * square * axis[0].square[m] * factor;
     }
+}
+
+double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan)
+{
+    const struct gbg_ewald_choice *choice = &plan->choice;
+    return hypot(gbg_split_loss(&plan->split),
+                 gbg_ewald_mesh_loss(&plan->split, plan->window, choice->length, choice->cells,
+                                     choice->gradient));
 }

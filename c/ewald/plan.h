@@ -41,6 +41,9 @@ struct gbg_ewald_plan {
 /* Checks a choice and makes the tables; GBG_E_ARGUMENT (no message) if it cannot be. With single
  * the near part has the terms that single precision needs. */
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan);
+/* As gbg_split_loss, of split and mesh together: the error of the force that this plan is expected
+ * to make, before rounding. */
+double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan);
 /* The next number of cells that a transform is fast for: even, factors 2, 3, 5, 7 only; 0 beyond
  * 2^30. */
 int32_t gbg_ewald_cells(double least);
@@ -50,7 +53,7 @@ int32_t gbg_ewald_cells(double least);
 struct gbg_ewald_axis {
     double *square; /* transform(f)^2 */
     double *power;  /* sum over aliases of transform^2 */
-    double *slope;  /* sum over aliases of (2 pi (f+m) cells/length)^2 transform^2 */
+    double *slope;  /* sum over aliases of slope^2, as waves: (2 pi cells/length)^2 */
 };
 void gbg_ewald_fill_axis(const struct gbg_ewald_plan *plan, int a, struct gbg_ewald_axis *axis);
 /* Influence of waves n_0 = 0..cells[0]/2 at n_1, n_2 (each 0..cells/2): the real number that the

@@ -6,8 +6,12 @@
  * the unit of the split are the near part, the others the far part:
  *   near force = r_vec r^-(power+1) (1 - G(r/unit)),
  *   G(x) = Int_0^x u^s (-psi'(u)) du / Int_0^inf u^s (-psi'(u)) du,
- *   far(k) = k^(s-d) Int_{k unit}^inf q^(d-1-s) psi^(q) dq, up to a constant, in d dimensions, with
- * psi^ the d-dimensional transform of psi(|x|). PROLATE: psi is the prolate function of order zero,
+ *   far(k) = k^(s-d) Int_{k unit}^inf q^(d-1-s) psi^(q) dq / (s Int u^(s-1) psi du), in d
+ * dimensions, with psi^ the d-dimensional transform of psi(|x|); for s = 0 the divisor is psi(0).
+ * The step with which a profile ends counts in G's divisor: G jumps to 1 there. Waves within the
+ * band are exactly those of the power law, all of the error is in the others.
+ *
+ * PROLATE: psi is the prolate function of order zero,
  * as good as confined to [0, 1] and to waves below `band` at once; unit = reach. GAUSSIAN: psi =
  * exp(-u^2), Ewald's own; unit = reach/sqrt(band/2), so that both parts end at about the same
  * error. */
@@ -33,9 +37,10 @@ struct gbg_split {
     int degree;
     double near[GBG_SPLIT_DEGREE + 1], potential[GBG_SPLIT_DEGREE + 1];
     double polynomial_error; /* largest of the force's sum, over its largest value */
-    double self;             /* far potential at a source's own place */
+    double self;             /* far potential at a source's own place; of -log r for power 1 */
     double far[GBG_FAR_OCTAVES][GBG_FAR_PANELS][GBG_FAR_TERMS];
-    double scale;               /* 1 over s Int u^(s-1) psi du */
+    double loss;  /* square of the force of the waves left out, in the split's units */
+    double scale; /* 1 over s Int u^(s-1) psi du */
     double far_rest, far_slope; /* below the table: the integral from its end on, psi^(0) */
     struct gbg_prolate profile; /* PROLATE */
 };
@@ -52,8 +57,13 @@ double gbg_split_near_potential(const struct gbg_split *split, double r);
  * on. Relative error 1e-14 where it is not below 1e-3 of its size without cut, absolute so below.
  */
 double gbg_split_far(const struct gbg_split *split, double k);
-/* The share that the scale cuts leave of the power law's transform beyond the band, and of its
- * force at the reach: estimates of the relative error that this split makes, before any mesh. */
+/* RMS error of the force on a particle among sources without order, one of strength 1 in a unit of
+ * volume, before any mesh: the waves beyond the band, the GAUSSIAN's pairs beyond the reach. Times
+ * the root of the density of the squares of their strengths it is the error in their midst; in a
+ * lattice it is less, by up to 2. */
+double gbg_split_loss(const struct gbg_split *split);
+/* The same over the RMS force in a lattice jittered by a quarter of its spacing, equal sources, 41
+ * of them within the reach: what splits are compared by. */
 double gbg_split_error(const struct gbg_split *split);
 /* The lowest degree at which near[] may be cut off: terms left out come to less than error times
  * the largest value. */
