@@ -13,6 +13,10 @@ enum gbg_ewald_gradient {
     GBG_GRADIENT_WINDOW /* slope of the window: one transform back, wider windows */
 };
 
+/* Terms of the near part that single precision needs: left out is this much of its largest value.
+ */
+#define GBG_SINGLE_ERROR 3e-8
+
 /* What is asked for. */
 struct gbg_ewald_choice {
     int dimension;
@@ -36,15 +40,16 @@ struct gbg_ewald_plan {
 
 /* Hidden from users, shared with the program's benchmarks. */
 #pragma GCC visibility push(default)
-/* Checks a choice and makes the tables; GBG_E_ARGUMENT (no message) if it cannot be. */
+/* Checks a choice and makes the tables; GBG_E_ARGUMENT (no message) if it cannot be. With single
+ * the near part has the terms that single precision needs. */
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan);
 #pragma GCC visibility pop
-/* The next number of cells that a transform is fast for: even, factors 2, 3, 5, 7 only. */
+/* The next number of cells that a transform is fast for: even, factors 2, 3, 5, 7 only; 0 beyond
+ * 2^30. */
 int32_t gbg_ewald_cells(double least);
 
-/* Factors of waves n_a = 0 .. cells[a]/2 of one axis, n and -n alike: power[n] = window^2/(sum of
- * aliases of window^2)^2 and so on, so that plan_row needs no transform of a window. Arrays of
- * cells[a]/2 + 1. */
+/* Factors of waves n_a = 0 .. cells[a]/2 of one axis, n and -n alike, of which every row is made;
+ * f = n_a/cells[a]. Arrays of cells[a]/2 + 1. */
 struct gbg_ewald_axis {
     double *square; /* transform(f)^2 */
     double *power;  /* sum over aliases of transform^2 */

@@ -14,6 +14,8 @@
 #ifndef GBG_EWALD_SPLIT_H
 #define GBG_EWALD_SPLIT_H
 
+#include "ewald/prolate.h"
+
 enum gbg_split_kind { GBG_SPLIT_PROLATE, GBG_SPLIT_GAUSSIAN };
 
 /* Far part: octaves below the band's end, equal panels in each, a polynomial in each panel. */
@@ -33,6 +35,9 @@ struct gbg_split {
     double polynomial_error; /* largest of the force's sum, over its largest value */
     double self;             /* far potential at a source's own place */
     double far[GBG_FAR_OCTAVES][GBG_FAR_PANELS][GBG_FAR_TERMS];
+    double scale;               /* 1 over s Int u^(s-1) psi du */
+    double far_rest, far_slope; /* below the table: the integral from its end on, psi^(0) */
+    struct gbg_prolate profile; /* PROLATE */
 };
 
 /* dimension 2 or 3; power from 1 to 6 in 2D, 2 in 3D (others as far as the tables go); band 2
@@ -50,5 +55,13 @@ double gbg_split_far(const struct gbg_split *split, double k);
 /* The share that the scale cuts leave of the power law's transform beyond the band, and of its
  * force at the reach: estimates of the relative error that this split makes, before any mesh. */
 double gbg_split_error(const struct gbg_split *split);
+/* The lowest degree at which near[] may be cut off: terms left out come to less than error times
+ * the largest value. */
+int gbg_split_degree(const struct gbg_split *split, double error);
+/* near[] and potential[] become the best polynomials of the lowest degree with that error over the
+ * largest value (some terms fewer than those cut off): for single precision. */
+void gbg_split_shorten(struct gbg_split *split, double error);
+/* Between split.c and split_far.c: the table of waves. */
+void gbg_split_fill_far(struct gbg_split *split);
 
 #endif

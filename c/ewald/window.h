@@ -3,6 +3,8 @@
 #ifndef GBG_EWALD_WINDOW_H
 #define GBG_EWALD_WINDOW_H
 
+#include "ewald/prolate.h"
+
 enum gbg_ewald_window_kind { GBG_EWALD_PROLATE, GBG_EWALD_BSPLINE };
 enum { GBG_EWALD_NARROWEST = 3, GBG_EWALD_WIDEST = 16, GBG_EWALD_DEGREE = 19 };
 
@@ -13,7 +15,10 @@ enum { GBG_EWALD_NARROWEST = 3, GBG_EWALD_WIDEST = 16, GBG_EWALD_DEGREE = 19 };
 struct gbg_ewald_window {
     int kind; /* enum gbg_ewald_window_kind */
     int width, degree;
-    double shape;            /* PROLATE: band of the window in t from -width/2 to width/2 */
+    double shape; /* PROLATE: band of the window in t from -width/2 to width/2 */
+    struct gbg_prolate profile;
+    /* Int w(t) w(t+j) dt and the same of w': sums over aliases are their cosine sums. */
+    double product[GBG_EWALD_WIDEST], slope_product[GBG_EWALD_WIDEST];
     double polynomial_error; /* largest |polynomial - window| over its peak */
     double value[GBG_EWALD_DEGREE + 1][GBG_EWALD_WIDEST];
     double slope[GBG_EWALD_DEGREE + 1][GBG_EWALD_WIDEST];
