@@ -2,22 +2,30 @@
 # missing one is named with its Debian package and the option that goes without it.
 find_package(PkgConfig QUIET)
 
+# gbg_find(option module package [target]): the target carries the name of the option, unless it is
+# given one of its own.
 function(gbg_find option module package)
   if(NOT ${option})
     return()
   endif()
-  if(PKG_CONFIG_FOUND)
-    pkg_check_modules(${option}_PC QUIET IMPORTED_TARGET GLOBAL ${module})
+  set(target ${option})
+  if(ARGC GREATER 3)
+    set(target ${ARGV3})
   endif()
-  if(NOT ${option}_PC_FOUND)
+  if(PKG_CONFIG_FOUND)
+    pkg_check_modules(${target}_PC QUIET IMPORTED_TARGET GLOBAL ${module})
+  endif()
+  if(NOT ${target}_PC_FOUND)
     message(FATAL_ERROR "${module} was not found: install ${package}, or configure with -D${option}=OFF")
   endif()
-  add_library(${option} INTERFACE IMPORTED GLOBAL)
-  target_link_libraries(${option} INTERFACE PkgConfig::${option}_PC)
-  target_compile_definitions(${option} INTERFACE ${option}=1)
+  add_library(${target} INTERFACE IMPORTED GLOBAL)
+  target_link_libraries(${target} INTERFACE PkgConfig::${target}_PC)
+  target_compile_definitions(${target} INTERFACE ${option}=1)
 endfunction()
 
 gbg_find(GBG_WITH_FFTW fftw3 libfftw3-dev)
+gbg_find(GBG_WITH_FFTW "fftw3;fftw3f" libfftw3-dev GBG_FFTW_BOTH)
+set(GBG_FFTW_BOTH ${GBG_WITH_FFTW}) # for those who ask for targets by their options
 gbg_find(GBG_WITH_NETCDF netcdf libnetcdf-dev)
 gbg_find(GBG_WITH_CYAML "libcyaml;yaml-0.1" "libcyaml-dev libyaml-dev")
 if(GBG_BUILD_COMMAND)

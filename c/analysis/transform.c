@@ -3,7 +3,6 @@
 
 #include <complex.h>
 #include <fftw3.h>
-#include <pthread.h>
 #include <string.h>
 
 #ifdef _OPENMP
@@ -12,6 +11,7 @@
 
 #include "core/context.h"
 #include "core/memory.h"
+#include "core/planner.h"
 
 enum { LINES = 8 }; /* lines along axis 1 or 2 that are transformed together */
 
@@ -25,9 +25,6 @@ struct gbg_transform {
     fftw_plan row, lines[3]; /* lines[1], lines[2]: LINES transforms, interleaved */
 };
 
-/* FFTW's planner is the one part of it that must not run twice at a time. */
-static pthread_mutex_t planner = PTHREAD_MUTEX_INITIALIZER;
-
 int64_t gbg_transform_pitch(int32_t cells)
 {
     return 2 * (((int64_t)cells / 2 + LINES) / LINES * LINES);
@@ -36,7 +33,7 @@ int64_t gbg_transform_pitch(int32_t cells)
 static int plan(struct gbg_context *context, struct gbg_transform *transform)
 {
     int missing = 0;
-    pthread_mutex_lock(&planner);
+    gbg_planner_lock();
     transform->row = fftw_plan_dft_r2c_1d(transform->cells[0], transform->mesh,
                                           (fftw_complex *)transform->mesh, FFTW_ESTIMATE);
     missing |= !transform->row;
@@ -47,7 +44,7 @@ static int plan(struct gbg_context *context, struct gbg_transform *transform)
                                LINES, 1, FFTW_FORWARD, FFTW_ESTIMATE);
         missing |= !transform->lines[a];
     }
-    pthread_mutex_unlock(&planner);
+    gbg_planner_unlock();
     return missing ? gbg_fail(context, GBG_E_INTERNAL, "structure factor: FFTW has no plan")
                    : GBG_OK;
 }
@@ -91,14 +88,14 @@ void gbg_transform_free(struct gbg_transform *transform)
     if (!transform) {
         return;
     }
-    pthread_mutex_lock(&planner);
+    gbg_planner_lock();
     fftw_plan plans[] = {transform->row, transform->lines[1], transform->lines[2]};
     for (int i = 0; i < 3; i++) {
         if (plans[i]) {
             fftw_destroy_plan(plans[i]);
         }
     }
-    pthread_mutex_unlock(&planner);
+    gbg_planner_unlock();
     gbg_release(transform->work);
     gbg_release(transform);
 }
