@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "ewald/loss.h"
 #include "ewald/series.h"
 #include "gamboge/status.h"
 
@@ -61,6 +62,28 @@ static int is_right(const struct gbg_ewald_choice *choice)
     return 1;
 }
 
+/* Prolate windows have the shape that suits the waves of this split. */
+static int make_window(const struct gbg_ewald_choice *choice, int a, struct gbg_ewald_plan *plan)
+{
+    struct gbg_ewald_window *window = &plan->window[a];
+    int width = choice->width;
+    double spacing = choice->length[a] / choice->cells[a];
+    if (choice->window != GBG_EWALD_PROLATE) {
+        return gbg_ewald_window_make(choice->window, width, 1, window);
+    }
+    if (width < GBG_EWALD_NARROWEST || width > GBG_EWALD_WIDEST) {
+        return GBG_E_ARGUMENT;
+    }
+    for (int b = 0; b < a; b++) {
+        if (fabs(spacing * choice->cells[b] / choice->length[b] - 1) < 1e-3) {
+            *window = plan->window[b];
+            return GBG_OK;
+        }
+    }
+    double shape = gbg_ewald_best_shape(&plan->split, width, spacing, choice->gradient);
+    return gbg_ewald_window_shaped(width, shape, window);
+}
+
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan)
 {
     *plan = (struct gbg_ewald_plan){.choice = *choice};
@@ -70,8 +93,7 @@ int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_
     int status = gbg_split_make(choice->dimension, choice->power, choice->split, choice->reach,
                                 choice->band, &plan->split);
     for (int a = 0; status == GBG_OK && a < choice->dimension; a++) {
-        double ratio = fmin(fmax(finer(choice, a), 1), 4);
-        status = gbg_ewald_window_make(choice->window, choice->width, ratio, &plan->window[a]);
+        status = make_window(choice, a, plan);
     }
     if (status == GBG_OK && choice->single) {
         gbg_split_shorten(&plan->split, GBG_SINGLE_ERROR);
@@ -132,4 +154,15 @@ void gbg_ewald_fill_row(const struct gbg_ewald_plan *plan, const struct gbg_ewal
         row[m] =
             gbg_split_far(&plan->split, sqrt(k2)) / volume * square * axis[0].square[m] * factor;
     }
+}
+
+double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan)
+{
+    const struct gbg_ewald_choice *choice = &plan->choice;
+    double spacing[3] = {0};
+    for (int a = 0; a < choice->dimension; a++) {
+        spacing[a] = choice->length[a] / choice->cells[a];
+    }
+    return hypot(gbg_split_loss(&plan->split),
+                 gbg_ewald_mesh_loss(&plan->split, plan->window, spacing, choice->gradient));
 }

@@ -209,18 +209,51 @@ static double integral(const struct gbg_split *split, double x, double exponent,
     return sum;
 }
 
-double gbg_split_near(const struct gbg_split *split, double r)
+/* Near force over r_vec, without the cut at the reach. */
+static double near_force(const struct gbg_split *split, double r)
 {
     double x = r / split->unit, s = split->power - 1;
-    if (r >= split->reach) {
-        return 0;
-    }
     double step = split->kind == GBG_SPLIT_PROLATE ? (double)profile(split, 0, 1) : 0;
     return pow(r, -(s + 2)) * (step - integral(split, x, s, 1)) * split->scale;
+}
+
+double gbg_split_near(const struct gbg_split *split, double r)
+{
+    return r < split->reach ? near_force(split, r) : 0;
 }
 
 double gbg_split_near_potential(const struct gbg_split *split, double r)
 {
     double x = r / split->unit, s = split->power - 1;
     return r < split->reach ? split->scale * pow(r, -s) * integral(split, x, s - 1, 0) : 0;
+}
+
+/* Square of the Gaussian near force that the cut leaves out, over all space. */
+static double cut_off(const struct gbg_split *split)
+{
+    double node[24], weight[24], sum = 0, most = split->reach + 4 * split->unit;
+    double half = (most - split->reach) / 2;
+    gbg_legendre_rule(24, node, weight);
+    for (int m = 0; m < 24; m++) {
+        double r = split->reach + half * (1 + node[m]), force = r * near_force(split, r);
+        double area = 2 * (double)GBG_PI_LONG * (split->dimension == 2 ? r : 2 * r * r);
+        sum += half * weight[m] * area * force * force;
+    }
+    return sum;
+}
+
+double gbg_split_loss(const struct gbg_split *split)
+{
+    double far = split->loss * pow(split->unit, split->dimension - 2 * split->power);
+    return sqrt(far + (split->kind == GBG_SPLIT_GAUSSIAN ? cut_off(split) : 0));
+}
+
+/* In spacings of the lattice, RMS forces as measured there for whole powers, by their trend. */
+double gbg_split_error(const struct gbg_split *split)
+{
+    double neighbours = 41, ball = split->dimension == 2 ? 1 : 4 / 3.0;
+    double reach = pow(neighbours / (ball * (double)GBG_PI_LONG), 1.0 / split->dimension);
+    double spacing = split->reach / reach;
+    double force = 0.93 * pow(1.68, split->power - 1) * pow(spacing, -split->power);
+    return gbg_split_loss(split) * pow(spacing, -split->dimension / 2.0) / force;
 }

@@ -35,7 +35,8 @@ struct gbg_split {
     double polynomial_error; /* largest of the force's sum, over its largest value */
     double self;             /* far potential at a source's own place */
     double far[GBG_FAR_OCTAVES][GBG_FAR_PANELS][GBG_FAR_TERMS];
-    double scale;               /* 1 over s Int u^(s-1) psi du */
+    double loss;  /* square of the force of the waves left out, in the split's units */
+    double scale; /* 1 over s Int u^(s-1) psi du */
     double far_rest, far_slope; /* below the table: the integral from its end on, psi^(0) */
     struct gbg_prolate profile; /* PROLATE */
 };
@@ -52,8 +53,13 @@ double gbg_split_near_potential(const struct gbg_split *split, double r);
  * on. Relative error 1e-14 where it is not below 1e-3 of its size without cut, absolute so below.
  */
 double gbg_split_far(const struct gbg_split *split, double k);
-/* The share that the scale cuts leave of the power law's transform beyond the band, and of its
- * force at the reach: estimates of the relative error that this split makes, before any mesh. */
+/* RMS error of the force on a particle among sources without order, one of strength 1 in a unit of
+ * volume, before any mesh: the waves beyond the band, the GAUSSIAN's pairs beyond the reach. Times
+ * the root of the density of the squares of their strengths it is the error in their midst; in a
+ * lattice it is less, by up to 2. */
+double gbg_split_loss(const struct gbg_split *split);
+/* The same over the RMS force in a lattice jittered by a quarter of its spacing, equal sources, 41
+ * of them within the reach: what splits are compared by. */
 double gbg_split_error(const struct gbg_split *split);
 /* The lowest degree at which near[] may be cut off: terms left out come to less than error times
  * the largest value. */

@@ -6,14 +6,15 @@
 #include "ewald/split.h"
 
 /* Even Chebyshev polynomials of the profile's transform over the band; nodes in the profile. */
-enum { SPECTRUM = 64, NODES = 96, STEPS = 6 };
+enum { SPECTRUM = 64, NODES = 96, STEPS = 4 };
 
 /* The d-dimensional transform of the profile, tabulated where that costs. */
 struct spectrum {
     int dimension, kind;
     double end; /* of the band, in 1/unit */
     double place[NODES], weight[NODES];
-    long double series[SPECTRUM];
+    int terms;
+    long double series[SPECTRUM]; /* of a Gaussian only its peak */
 };
 
 /* By quadrature over the profile. */
@@ -22,7 +23,8 @@ static double direct(const struct spectrum *spectrum, double q)
     double sum = 0;
     for (int m = 0; m < NODES; m++) {
         double x = q * spectrum->place[m];
-        sum += spectrum->weight[m] * (spectrum->dimension == 2 ? j0(x) : x > 0 ? sin(x) / x : 1);
+        double wave = spectrum->dimension == 2 ? j0(x) : sin(x) / x;
+        sum += spectrum->weight[m] * (x > 0 ? wave : 1);
     }
     return sum;
 }
@@ -34,6 +36,7 @@ static void make_spectrum(const struct gbg_split *split, struct spectrum *spectr
     spectrum->kind = split->kind;
     spectrum->end = split->band * split->unit / split->reach;
     if (split->kind == GBG_SPLIT_GAUSSIAN) {
+        spectrum->series[0] = powl(GBG_PI_LONG, 0.5L * split->dimension);
         return;
     }
     gbg_legendre_rule(NODES, spectrum->place, spectrum->weight);
@@ -47,15 +50,22 @@ static void make_spectrum(const struct gbg_split *split, struct spectrum *spectr
         spectrum->series[m] = direct(spectrum, spectrum->end * (double)sqrtl((1 + z) / 2));
     }
     gbg_chebyshev_fit(SPECTRUM, spectrum->series);
+    spectrum->terms = SPECTRUM;
+    while (spectrum->terms > 8 && fabsl(spectrum->series[spectrum->terms - 1]) < 1e-18L) {
+        spectrum->terms--;
+    }
 }
 
 static long double transform(const struct spectrum *spectrum, long double q)
 {
     if (spectrum->kind == GBG_SPLIT_GAUSSIAN) {
-        return powl(GBG_PI_LONG, 0.5L * spectrum->dimension) * expl(-q * q / 4);
+        return spectrum->series[0] * expl(-q * q / 4);
     }
     long double x = q / spectrum->end;
-    return gbg_chebyshev_sum(SPECTRUM, spectrum->series, 2 * x * x - 1);
+    if (x > 1) {
+        return direct(spectrum, (double)q);
+    }
+    return gbg_chebyshev_sum(spectrum->terms, spectrum->series, 2 * x * x - 1);
 }
 
 /* Int of q^(d-1-s) psi^ over a short range. */
@@ -71,16 +81,37 @@ static long double piece(const struct gbg_split *split, const struct spectrum *s
     return half * sum;
 }
 
-/* The integral beyond the band. The prolate profile's is left out, so that the far part goes to
- * zero there and not to a step. */
-static long double beyond(const struct gbg_split *split, const struct spectrum *spectrum,
-                          const double rule[2][STEPS])
+/* Square of the force of a prolate profile's waves from q on, where only the step at its end is
+ * left to make any. */
+static double step_loss(const struct gbg_split *split, double q)
 {
-    enum { PARTS = 128 };
-    long double sum = 0, step = 20.0L / PARTS;
-    for (int m = 0; split->kind == GBG_SPLIT_GAUSSIAN && m < PARTS; m++) {
-        long double low = spectrum->end + m * step;
-        sum += piece(split, spectrum, rule, low, low + step);
+    double step = split->scale * gbg_prolate_value(&split->profile, 1);
+    return (split->dimension == 2 ? 2 : 4) * step * step / q;
+}
+
+/* The integral beyond the band, from where nothing is left of it down: waves within the band are
+ * then those of the exact power law. *loss: square of the force of the waves that are left out,
+ * over all directions, in the units of the split.
+ *
+ * The prolate profile ends with a step, small as it is, so that its transform goes on for long as a
+ * wave whose height falls slowly: it is faded out over the second half. */
+static long double beyond(const struct gbg_split *split, const struct spectrum *spectrum,
+                          const double rule[2][STEPS], double *loss)
+{
+    enum { PARTS = 64 };
+    int prolate = split->kind == GBG_SPLIT_PROLATE, d = split->dimension;
+    long double width = (prolate ? 40.0L : 20) / PARTS, sum = 0;
+    double area = (d == 2 ? 1 : 1 / (double)GBG_PI_LONG) / (2 * (double)GBG_PI_LONG);
+    *loss = prolate ? step_loss(split, spectrum->end + 20) : 0;
+    for (int m = PARTS - 1; m >= 0; m--) {
+        long double low = spectrum->end + m * width, fade = sinl(GBG_PI_LONG * m / PARTS);
+        long double share = prolate && m > PARTS / 2 ? fade * fade : 1, middle = low + width / 2;
+        long double upper = share * piece(split, spectrum, rule, middle, low + width);
+        double far = split->scale * (double)(sum + upper) * pow(middle, split->power - 1 - d);
+        if (m < PARTS / 2) {
+            *loss += (double)width * area * pow((double)middle, d + 1) * far * far;
+        }
+        sum += upper + share * piece(split, spectrum, rule, low, middle);
     }
     return sum;
 }
@@ -113,7 +144,7 @@ void gbg_split_fill_far(struct gbg_split *split)
     double rule[2][STEPS];
     make_spectrum(split, &spectrum);
     gbg_legendre_rule(STEPS, rule[0], rule[1]);
-    long double sum = beyond(split, &spectrum, rule);
+    long double sum = beyond(split, &spectrum, rule, &split->loss);
     for (int octave = 0; octave < GBG_FAR_OCTAVES; octave++) {
         for (int panel = GBG_FAR_PANELS - 1; panel >= 0; panel--) {
             fill_panel(split, &spectrum, rule, octave, panel, &sum);
@@ -151,9 +182,4 @@ double gbg_split_far(const struct gbg_split *split, double k)
         sum = sum * z + far[m];
     }
     return sum;
-}
-
-double gbg_split_error(const struct gbg_split *split)
-{
-    return 1.5 * exp(-split->band * (split->kind == GBG_SPLIT_PROLATE ? 1 : 0.55));
 }

@@ -135,29 +135,48 @@ static void fill_products(struct gbg_ewald_window *window)
     }
 }
 
+/* All but the shape and its profile. */
+static void fill_window(struct gbg_ewald_window *window)
+{
+    int width = window->width;
+    long double series[GBG_EWALD_WIDEST][TERMS];
+    for (int l = 0; l < width; l++) {
+        node_series(window, l, series[l]);
+    }
+    window->degree = window->kind == GBG_EWALD_BSPLINE
+                         ? width - 1
+                         : lowest_degree(series, width, fmax(2e-16, 0.05 * leak(window)));
+    for (int l = 0; l < width; l++) {
+        store_powers(window, l, series[l]);
+    }
+    window->polynomial_error = measured_error(window);
+    fill_products(window);
+}
+
+int gbg_ewald_window_shaped(int width, double shape, struct gbg_ewald_window *window)
+{
+    if (width < GBG_EWALD_NARROWEST || width > GBG_EWALD_WIDEST ||
+        !(shape > 0 && shape <= (double)GBG_PI_LONG * width)) {
+        return GBG_E_ARGUMENT;
+    }
+    *window = (struct gbg_ewald_window){.kind = GBG_EWALD_PROLATE, .width = width, .shape = shape};
+    gbg_prolate_make(shape, &window->profile);
+    fill_window(window);
+    return GBG_OK;
+}
+
 int gbg_ewald_window_make(int kind, int width, double finer, struct gbg_ewald_window *window)
 {
     if ((kind != GBG_EWALD_PROLATE && kind != GBG_EWALD_BSPLINE) || width < GBG_EWALD_NARROWEST ||
         width > GBG_EWALD_WIDEST || !(finer >= 1 && finer <= 4)) {
         return GBG_E_ARGUMENT;
     }
-    *window = (struct gbg_ewald_window){.kind = kind, .width = width};
     if (kind == GBG_EWALD_PROLATE) {
-        window->shape = (double)GBG_PI_LONG * width * (1 - 1 / (2 * finer));
-        gbg_prolate_make(window->shape, &window->profile);
+        double shape = (double)GBG_PI_LONG * width * (1 - 1 / (2 * finer));
+        return gbg_ewald_window_shaped(width, shape, window);
     }
-    long double series[GBG_EWALD_WIDEST][TERMS];
-    for (int l = 0; l < width; l++) {
-        node_series(window, l, series[l]);
-    }
-    window->degree = kind == GBG_EWALD_BSPLINE
-                         ? width - 1
-                         : lowest_degree(series, width, fmax(2e-16, 0.02 * leak(window)));
-    for (int l = 0; l < width; l++) {
-        store_powers(window, l, series[l]);
-    }
-    window->polynomial_error = measured_error(window);
-    fill_products(window);
+    *window = (struct gbg_ewald_window){.kind = kind, .width = width};
+    fill_window(window);
     return GBG_OK;
 }
 

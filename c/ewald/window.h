@@ -27,6 +27,8 @@ struct gbg_ewald_window {
 /* finer: cells of the mesh over those that the waves need at least, from 1 to 4: it decides the
  * shape of the prolate window, whose transform is small from the first alias of the waves on. */
 int gbg_ewald_window_make(int kind, int width, double finer, struct gbg_ewald_window *window);
+/* A prolate window of this shape, up to pi times the width. */
+int gbg_ewald_window_shaped(int width, double shape, struct gbg_ewald_window *window);
 /* Window at t spacings, and its transform at f cycles a spacing, by their definitions. */
 double gbg_ewald_window_value(const struct gbg_ewald_window *window, double t);
 double gbg_ewald_window_transform(const struct gbg_ewald_window *window, double f);
