@@ -25,11 +25,10 @@ static int hold_meshes(struct gbg_device *device, struct gbg_ewald *sum)
     }
     int status = hold(device, sum, &sum->mesh, 2 * half * rows, size, "mesh");
     if (status == GBG_OK && choice->gradient == GBG_GRADIENT_WAVES) {
-        status = hold(device, sum, &sum->wide, choice->cells[0] * rows, 2 * size,
-                      "mesh of two fields");
+        status =
+            hold(device, sum, &sum->wide, choice->cells[0] * rows, 2 * size, "mesh of two fields");
     }
-    return status ? status
-                  : hold(device, sum, &sum->influence, waves, size, "influence of waves");
+    return status ? status : hold(device, sum, &sum->influence, waves, size, "influence of waves");
 }
 
 /* Double precision: windows as the kernels read them. */
@@ -38,7 +37,8 @@ static int hold_windows(struct gbg_device *device, struct gbg_ewald *sum)
     const size_t bytes = sizeof sum->plan.window[0].value;
     int d = sum->plan.choice.dimension, status = GBG_OK;
     if (!sum->plan.choice.single) {
-        status = hold(device, sum, (void **)&sum->window, (int64_t)d * (int64_t)bytes, 1, "windows");
+        status =
+            hold(device, sum, (void **)&sum->window, (int64_t)d * (int64_t)bytes, 1, "windows");
     }
     for (int a = 0; a < d && status == GBG_OK && sum->window; a++) {
         double *to = sum->window + (size_t)a * (bytes / sizeof(double));
@@ -83,6 +83,7 @@ int gbg_cuda_ewald_create(struct gbg_device *device, const struct gbg_state *sta
     }
     struct gbg_ewald *made = (struct gbg_ewald *)body;
     made->plan = *plan;
+    made->largest = largest_alpha(state);
     status = gbg_cuda_fft_make(device, &plan->choice, &made->fft);
     status = status ? status : hold_meshes(device, made);
     status = status ? status : hold_windows(device, made);
@@ -107,8 +108,8 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     const struct gbg_ewald_choice *choice = &sum->plan.choice;
     int by_waves = choice->gradient == GBG_GRADIENT_WAVES && !output->potential;
     sum->largest = largest_alpha(state);
-    output->unit = sum->largest *
-                   pow(choice->reach, output->potential ? 1.0 - choice->power : -choice->power);
+    output->unit =
+        sum->largest * pow(choice->reach, output->potential ? 1.0 - choice->power : -choice->power);
     int status = gbg_cuda_ewald_sort(device, state, sum);
     if (status != GBG_OK || sum->n == 0) {
         return status;

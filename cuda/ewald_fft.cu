@@ -100,7 +100,8 @@ static int status_of(struct gbg_device *device, cufftResult result, const char *
     if (result == CUFFT_SUCCESS || device->failure[0]) {
         return gbg_cuda_status(device, cudaSuccess, what);
     }
-    cudaError_t error = result == CUFFT_ALLOC_FAILED ? cudaErrorMemoryAllocation : cudaGetLastError();
+    cudaError_t error =
+        result == CUFFT_ALLOC_FAILED ? cudaErrorMemoryAllocation : cudaGetLastError();
     char sentence[128];
     snprintf(sentence, sizeof sentence, "%s: %s (%d)", what, meaning(result), (int)result);
     return gbg_cuda_status(device, error ? error : cudaErrorUnknown, sentence);
@@ -192,9 +193,10 @@ int gbg_cuda_fft_run(struct gbg_device *device, const struct gbg_cuda_fft *fft, 
     }
     if (fft->single) {
         cufftComplex *complex = (cufftComplex *)mesh;
-        result = transform == GBG_CUDA_FORWARD    ? calls->r2c(plan, (cufftReal *)mesh, complex)
-                 : transform == GBG_CUDA_BACKWARD ? calls->c2r(plan, complex, (cufftReal *)mesh)
-                                                  : calls->c2c(plan, complex, complex, CUFFT_INVERSE);
+        result = transform == GBG_CUDA_FORWARD ? calls->r2c(plan, (cufftReal *)mesh, complex)
+                 : transform == GBG_CUDA_BACKWARD
+                     ? calls->c2r(plan, complex, (cufftReal *)mesh)
+                     : calls->c2c(plan, complex, complex, CUFFT_INVERSE);
     } else {
         cufftDoubleComplex *complex = (cufftDoubleComplex *)mesh;
         result = transform == GBG_CUDA_FORWARD ? calls->d2z(plan, (cufftDoubleReal *)mesh, complex)

@@ -5,8 +5,8 @@
 namespace
 {
 
-/* What the mesh holds: fields, 0 and 1 as pairs (by waves); the potential, of which the field is the
- * slope; the potential that is asked for. */
+/* What the mesh holds: fields, 0 and 1 as pairs (by waves); the potential, of which the field is
+ * the slope; the potential that is asked for. */
 enum source { FIELDS, SLOPES, POTENTIAL };
 
 template <typename Real> struct pair_of {
@@ -102,9 +102,9 @@ add_layer(const gather_job<D, Real> &job, int64_t layer, const int32_t *first,
 /* In space one layer after the other, whose weights a thread keeps in shared memory: registers
  * cannot be counted through. */
 template <int D, typename Real, int W, int from, bool inside>
-static __device__ __forceinline__ void
-add_layers(const gather_job<D, Real> &job, const int32_t *first, const Real (*weight)[W],
-           const Real (*slope)[W], Real sum[3])
+static __device__ __forceinline__ void add_layers(const gather_job<D, Real> &job,
+                                                  const int32_t *first, const Real (*weight)[W],
+                                                  const Real (*slope)[W], Real sum[3])
 {
     if constexpr (D == 2) {
         add_layer<D, Real, W, from, inside>(job, 0, first, weight, slope, (Real)1, (Real)0, sum);
@@ -127,9 +127,9 @@ add_layers(const gather_job<D, Real> &job, const int32_t *first, const Real (*we
 }
 
 template <int D, typename Real>
-static __device__ __forceinline__ void
-write(const struct gbg_state &state, const gather_job<D, Real> &job, int64_t slot, int64_t i,
-      Real source, const Real sum[3])
+static __device__ __forceinline__ void write(const struct gbg_state &state,
+                                             const gather_job<D, Real> &job, int64_t slot,
+                                             int64_t i, Real source, const Real sum[3])
 {
     double unit = job.output.unit;
     if (job.output.potential) {
@@ -147,9 +147,9 @@ write(const struct gbg_state &state, const gather_job<D, Real> &job, int64_t slo
 }
 
 template <int D, typename Real, int W, int from>
-static __global__ __launch_bounds__(GBG_CUDA_THREADS) void gather(
-    const __grid_constant__ struct gbg_state state,
-    const __grid_constant__ gather_job<D, Real> job)
+static __global__
+__launch_bounds__(GBG_CUDA_THREADS) void gather(const __grid_constant__ struct gbg_state state,
+                                                const __grid_constant__ gather_job<D, Real> job)
 {
     int64_t slot = gbg_cuda_index();
     if (slot >= job.n) {
@@ -185,8 +185,7 @@ static void start(struct gbg_device *device, const struct gbg_state *state,
     } else if (from == SLOPES) {
         gather<D, Real, W, SLOPES><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
     } else {
-        gather<D, Real, W, POTENTIAL>
-            <<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
+        gather<D, Real, W, POTENTIAL><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
     }
 }
 
@@ -196,7 +195,7 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
 {
     const struct gbg_ewald_choice *choice = &sum->plan.choice;
     gather_job<D, Real> job = {};
-    int from = output->potential                           ? POTENTIAL
+    int from = output->potential                        ? POTENTIAL
                : choice->gradient == GBG_GRADIENT_WAVES ? FIELDS
                                                         : SLOPES;
     job.n = sum->n;
@@ -246,8 +245,8 @@ int gbg_cuda_ewald_gather(struct gbg_device *device, const struct gbg_state *sta
                           struct gbg_ewald *sum, const struct gbg_cuda_ewald_output *output)
 {
     int d = sum->plan.choice.dimension, single = sum->plan.choice.single;
-    return d == 2 ? single ? run<2, float>(device, state, sum, output)
-                           : run<2, double>(device, state, sum, output)
-           : single ? run<3, float>(device, state, sum, output)
+    return d == 2   ? single ? run<2, float>(device, state, sum, output)
+                             : run<2, double>(device, state, sum, output)
+             : single ? run<3, float>(device, state, sum, output)
                     : run<3, double>(device, state, sum, output);
 }

@@ -56,8 +56,8 @@ static __device__ __forceinline__ double difference(uint64_t p, uint64_t q)
 }
 
 /* What a pair at squared distance q adds for a unit source: the law without the polynomial that the
- * far part makes up for. whole: the power, 0 for others; terms: of the polynomial, 0: as many as the
- * job says. */
+ * far part makes up for. whole: the power, 0 for others; terms: of the polynomial, 0: as many as
+ * the job says. */
 template <int whole, int terms> struct force_law {
     template <typename Real>
     static __device__ __forceinline__ Real of(const near_job<Real> &job, Real q)
@@ -148,7 +148,7 @@ static __device__ __forceinline__ void visit_row(const struct gbg_cuda_ewald_cel
 
 template <int D, typename Visit>
 static __device__ __forceinline__ void visit_around(const struct gbg_cuda_ewald_cells &cells,
-                                                  const uint32_t *high, Visit visit)
+                                                    const uint32_t *high, Visit visit)
 {
     struct span y = rows_of(cells, 1, high[1]), z = {0, 1, 0, 0.0f};
     if (D == 3) {
@@ -171,8 +171,8 @@ static __device__ __forceinline__ void visit_around(const struct gbg_cuda_ewald_
 
 /* O numbers a particle: a vector of D, or a potential. */
 template <int D, int O, typename Real, typename Law>
-static __global__ __launch_bounds__(GBG_CUDA_THREADS) void near_pairs(
-    const __grid_constant__ near_job<Real> job)
+static __global__
+__launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near_job<Real> job)
 {
     int64_t slot = gbg_cuda_index();
     if (slot >= job.n) {
@@ -217,7 +217,8 @@ template <typename Real> static near_job<Real> make_job(const struct gbg_ewald *
     job.power = (Real)choice->power;
     job.degree = split->degree;
     for (int a = 0; a < choice->dimension; a++) {
-        job.scale[a] = (Real)(ldexp(choice->length[a], sizeof(Real) == 4 ? -32 : -64) / choice->reach);
+        job.scale[a] =
+            (Real)(ldexp(choice->length[a], sizeof(Real) == 4 ? -32 : -64) / choice->reach);
     }
     for (int k = 0; k <= split->degree; k++) {
         job.coefficient[k] = (Real)(potential ? split->potential[k] : split->near[k]);
@@ -300,8 +301,8 @@ int gbg_cuda_ewald_near(struct gbg_device *device, struct gbg_ewald *sum, int po
     if (status != GBG_OK) {
         return status;
     }
-    return d == 2 ? single ? run<2, float>(device, sum, potential)
-                           : run<2, double>(device, sum, potential)
-           : single ? run<3, float>(device, sum, potential)
+    return d == 2   ? single ? run<2, float>(device, sum, potential)
+                             : run<2, double>(device, sum, potential)
+             : single ? run<3, float>(device, sum, potential)
                     : run<3, double>(device, sum, potential);
 }

@@ -132,8 +132,8 @@ static int take_sorting(struct gbg_device *device, const struct gbg_state *state
         gbg_cuda_status(device, sum_counts(device, sum, job), "asking for the memory of a sum");
     for (int pass = 0; status == GBG_OK && pass < 2; pass++) {
         size_t used = 0;
-        job->placed = (gbg_cuda_ewald_record<Real> *)gbg_cuda_take(base, &used, sum->n,
-                                                                   sizeof *job->placed);
+        job->placed =
+            (gbg_cuda_ewald_record<Real> *)gbg_cuda_take(base, &used, sum->n, sizeof *job->placed);
         job->placed_index = (int32_t *)gbg_cuda_take(base, &used, deep, 4);
         job->placed_rank = (int32_t *)gbg_cuda_take(base, &used, state->rank ? sum->n : 0, 4);
         /* never NULL when it sums, which would only ask for memory again */
@@ -155,8 +155,8 @@ static int sort(struct gbg_device *device, const struct gbg_state *state, struct
     job.index = sum->index;
     unsigned blocks = gbg_cuda_blocks(sum->n);
     int status = take_sorting(device, state, sum, &job);
-    status = status ? status
-                    : gbg_cuda_clear(device, sum->cells.begin, (size_t)(sum->n_cells + 2) * 4);
+    status =
+        status ? status : gbg_cuda_clear(device, sum->cells.begin, (size_t)(sum->n_cells + 2) * 4);
     if (status == GBG_OK) {
         count<D><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
         status = gbg_cuda_started(device, "counting particles of cells");
@@ -191,8 +191,8 @@ static void lay_cells(const struct gbg_state *state, struct gbg_ewald *sum)
 {
     double reach = sum->plan.choice.reach;
     struct gbg_cuda_ewald_cells *cells = &sum->cells;
-    sum->n_cells = gbg_grid_choose(&state->box, wanted_edge(state, reach, sum->n), sum->n,
-                                   cells->cells);
+    sum->n_cells =
+        gbg_grid_choose(&state->box, wanted_edge(state, reach, sum->n), sum->n, cells->cells);
     for (int a = 0; a < state->box.dimension; a++) {
         double part = reach / state->box.length[a], words = part * 0x1p32 * (1.0 + 2e-5) + 4096.0;
         cells->all[a] = 2.0 * words + 0x1p32 / cells->cells[a] + 1.0 >= 0x1p32;
@@ -205,7 +205,8 @@ int gbg_cuda_ewald_sort(struct gbg_device *device, const struct gbg_state *state
                         struct gbg_ewald *sum)
 {
     int d = state->box.dimension, single = sum->plan.choice.single;
-    size_t size = single ? sizeof(gbg_cuda_ewald_record<float>) : sizeof(gbg_cuda_ewald_record<double>);
+    size_t size =
+        single ? sizeof(gbg_cuda_ewald_record<float>) : sizeof(gbg_cuda_ewald_record<double>);
     sum->n = state->owned + state->ghost;
     lay_cells(state, sum);
     int status = gbg_cuda_grow(device, (void **)&sum->cells.begin, &sum->begin_capacity,
@@ -220,7 +221,8 @@ int gbg_cuda_ewald_sort(struct gbg_device *device, const struct gbg_state *state
     if (status != GBG_OK || sum->n == 0) {
         return status;
     }
-    return d == 2 ? single ? sort<2, float>(device, state, sum) : sort<2, double>(device, state, sum)
+    return d == 2
+               ? single ? sort<2, float>(device, state, sum) : sort<2, double>(device, state, sum)
            : single ? sort<3, float>(device, state, sum)
                     : sort<3, double>(device, state, sum);
 }

@@ -74,8 +74,7 @@ static __device__ __forceinline__ int2 run_of(const struct gbg_cuda_ewald_cells 
         row %= range[1].count;
     }
     row = wrapped(range[1].first + row, cells.cells[1]);
-    const int32_t *begin =
-        cells.begin + ((int64_t)layer * cells.cells[1] + row) * cells.cells[0];
+    const int32_t *begin = cells.begin + ((int64_t)layer * cells.cells[1] + row) * cells.cells[0];
     int32_t end = range[0].first + range[0].count, over = max(end - cells.cells[0], 0);
     return part == 0 ? make_int2(begin[range[0].first], begin[end - over])
                      : make_int2(begin[0], begin[over]);
@@ -104,9 +103,9 @@ static __device__ __forceinline__ int32_t slot_of(const int32_t *start, const in
 
 /* This thread's particle into its column of one axis of the table. */
 template <typename Real, int W, int NODES>
-static __device__ __forceinline__ void
-stage_axis(Real (*table)[weights<Real>::STRIDE], const Real weight[W], int32_t first, int32_t from,
-           int32_t mesh, Real factor)
+static __device__ __forceinline__ void stage_axis(Real (*table)[weights<Real>::STRIDE],
+                                                  const Real weight[W], int32_t first, int32_t from,
+                                                  int32_t mesh, Real factor)
 {
     int lane = (int)(threadIdx.x & 31);
 #pragma unroll
@@ -122,12 +121,11 @@ stage_axis(Real (*table)[weights<Real>::STRIDE], const Real weight[W], int32_t f
     }
 }
 
-/* The particle of this thread, none if the slot is -1. The zero behind a window of odd width meets no
- * node of its own around the box: the number of cells is even, and so above the width. */
+/* The particle of this thread, none if the slot is -1. The zero behind a window of odd width meets
+ * no node of its own around the box: the number of cells is even, and so above the width. */
 template <int D, typename Real, int W>
-static __device__ __forceinline__ void stage(const spread_job<D, Real> &job,
-                                             staging<D, Real> &table, const int32_t *from,
-                                             int32_t slot)
+static __device__ __forceinline__ void
+stage(const spread_job<D, Real> &job, staging<D, Real> &table, const int32_t *from, int32_t slot)
 {
     gbg_cuda_ewald_record<Real> record = {};
     int32_t first[D];
@@ -220,8 +218,8 @@ add_runs(const spread_job<D, Real> &job, staging<D, Real> &table, const struct r
 }
 
 template <int D, typename Real, int W>
-static __global__ __launch_bounds__(32 * WARPS) void spread(
-    const __grid_constant__ spread_job<D, Real> job)
+static __global__
+    __launch_bounds__(32 * WARPS) void spread(const __grid_constant__ spread_job<D, Real> job)
 {
     enum { NODES = D == 3 ? DEEP : 1 };
     __shared__ staging<D, Real> tables[WARPS];
@@ -308,7 +306,7 @@ template <int D, typename Real> static int run(struct gbg_device *device, struct
 int gbg_cuda_ewald_spread(struct gbg_device *device, struct gbg_ewald *sum)
 {
     int d = sum->plan.choice.dimension, single = sum->plan.choice.single;
-    return d == 2 ? single ? run<2, float>(device, sum) : run<2, double>(device, sum)
-           : single ? run<3, float>(device, sum)
+    return d == 2   ? single ? run<2, float>(device, sum) : run<2, double>(device, sum)
+             : single ? run<3, float>(device, sum)
                     : run<3, double>(device, sum);
 }

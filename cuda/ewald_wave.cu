@@ -20,8 +20,8 @@ struct fill_job {
     struct axis axis[3];
     int dimension, by_waves;
     int32_t cells[3];
-    double wave[3];        /* of n = 1 */
-    double scale;          /* reach^(power-1) over the volume */
+    double wave[3]; /* of n = 1 */
+    double scale;   /* reach^(power-1) over the volume */
     int64_t row_numbers, rows;
 };
 
@@ -101,10 +101,11 @@ static int copy_tables(struct gbg_device *device, const struct gbg_ewald_plan *p
     if (status == GBG_OK) {
         void *table = gbg_cuda_take(base, &used, terms, sizeof(double));
         job->far = gbg_far_of(&plan->split);
-        status = gbg_cuda_status(device,
-                                 cudaMemcpyAsync(table, job->far.table, (size_t)terms * sizeof(double),
-                                                 cudaMemcpyHostToDevice, device->stream),
-                                 "copying the far part");
+        status =
+            gbg_cuda_status(device,
+                            cudaMemcpyAsync(table, job->far.table, (size_t)terms * sizeof(double),
+                                            cudaMemcpyHostToDevice, device->stream),
+                            "copying the far part");
         job->far.table = (const double *)table;
     }
     for (int a = 0; status == GBG_OK && a < plan->choice.dimension; a++) {
@@ -221,8 +222,7 @@ static int run(struct gbg_device *device, struct gbg_ewald *sum, int by_waves)
     for (int a = 0; a < D; a++) {
         job.cells[a] = choice->cells[a];
         job.rows *= a > 0 ? choice->cells[a] : 1;
-        job.wave[a] =
-            (Real)(2.0 * 3.14159265358979323846 / choice->length[a] * choice->reach);
+        job.wave[a] = (Real)(2.0 * 3.14159265358979323846 / choice->length[a] * choice->reach);
     }
     job.influence = (const Real *)sum->influence;
     job.spectrum = (typename pair_of<Real>::type *)sum->mesh;
@@ -239,8 +239,8 @@ static int run(struct gbg_device *device, struct gbg_ewald *sum, int by_waves)
 int gbg_cuda_ewald_multiply(struct gbg_device *device, struct gbg_ewald *sum, int by_waves)
 {
     int d = sum->plan.choice.dimension, single = sum->plan.choice.single;
-    return d == 2 ? single ? run<2, float>(device, sum, by_waves)
-                           : run<2, double>(device, sum, by_waves)
-           : single ? run<3, float>(device, sum, by_waves)
+    return d == 2   ? single ? run<2, float>(device, sum, by_waves)
+                             : run<2, double>(device, sum, by_waves)
+             : single ? run<3, float>(device, sum, by_waves)
                     : run<3, double>(device, sum, by_waves);
 }

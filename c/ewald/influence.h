@@ -16,8 +16,9 @@ struct gbg_far {
 
 static inline struct gbg_far gbg_far_of(const struct gbg_split *split)
 {
-    struct gbg_far far = {split->dimension, split->power,    split->unit,      split->reach,
-                          split->band,      split->far_rest, split->far_slope, &split->far[0][0][0]};
+    struct gbg_far far = {split->dimension, split->power,        split->unit,
+                          split->reach,     split->band,         split->far_rest,
+                          split->far_slope, &split->far[0][0][0]};
     return far;
 }
 
@@ -58,8 +59,8 @@ GBG_INLINE double gbg_ewald_both_ways(int by_waves, double squared_wave, const d
                                       const double power[3], const double slope[3])
 {
     double all = power[0] * power[1] * power[2];
-    double slopes = (slope[0] * power[1] + slope[1] * power[0]) * power[2] +
-                    slope[2] * power[0] * power[1];
+    double slopes =
+        (slope[0] * power[1] + slope[1] * power[0]) * power[2] + slope[2] * power[0] * power[1];
     return square[0] * square[1] * square[2] *
            (by_waves ? 1 / (all * all) : squared_wave / (all * slopes));
 }
