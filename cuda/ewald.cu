@@ -19,15 +19,19 @@ static int hold_meshes(struct gbg_device *device, struct gbg_ewald *sum)
     const struct gbg_ewald_choice *choice = &sum->plan.choice;
     const size_t size = number_size(choice);
     int64_t half = choice->cells[0] / 2 + 1, rows = 1, waves = half;
+    size_t bytes = 0;
     for (int a = 1; a < choice->dimension; a++) {
         rows *= choice->cells[a];
         waves *= choice->cells[a] / 2 + 1;
     }
-    int status = hold(device, sum, &sum->mesh, 2 * half * rows, size, "mesh");
-    if (status == GBG_OK && choice->gradient == GBG_GRADIENT_WAVES) {
-        status =
-            hold(device, sum, &sum->wide, choice->cells[0] * rows, 2 * size, "mesh of two fields");
+    gbg_cuda_take(NULL, &bytes, 2 * half * rows, size);
+    size_t wide = bytes;
+    if (choice->gradient == GBG_GRADIENT_WAVES) {
+        gbg_cuda_take(NULL, &bytes, choice->cells[0] * rows, 2 * size);
     }
+    int status = hold(device, sum, &sum->mesh, (int64_t)bytes, 1, "meshes");
+    sum->mesh_bytes = bytes;
+    sum->wide = status == GBG_OK && bytes > wide ? (char *)sum->mesh + wide : NULL;
     return status ? status : hold(device, sum, &sum->influence, waves, size, "influence of waves");
 }
 
@@ -63,8 +67,8 @@ void gbg_cuda_ewald_destroy(struct gbg_device *device, struct gbg_ewald *sum)
     if (!sum) {
         return;
     }
-    void *array[] = {sum->mesh,   sum->wide,        sum->influence, sum->window,
-                     sum->record, sum->cells.begin, sum->index};
+    void *array[] = {sum->mesh,        sum->influence, sum->window, sum->record,
+                     sum->cells.begin, sum->index,     sum->top};
     for (size_t k = 0; k < sizeof array / sizeof *array; k++) {
         gbg_cuda_release(device, array[k], 0, 0);
     }
@@ -147,8 +151,8 @@ int gbg_cuda_ewald_potential(struct gbg_device *device, struct gbg_state *state,
 
 double gbg_cuda_ewald_bytes(const struct gbg_ewald *sum)
 {
-    size_t record = sum->plan.choice.single ? sizeof(gbg_cuda_ewald_record<float>)
-                                            : sizeof(gbg_cuda_ewald_record<double>);
+    size_t record = sum->plan.choice.single ? sizeof(gbg_cuda_ewald_record<3, float>)
+                                            : sizeof(gbg_cuda_ewald_record<3, double>);
     return sum->held_bytes + (double)sum->record_capacity * (double)record +
-           4.0 * (double)(sum->begin_capacity + sum->index_capacity);
+           4.0 * (double)(sum->begin_capacity + sum->index_capacity + sum->top_capacity);
 }

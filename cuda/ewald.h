@@ -10,23 +10,35 @@ extern "C" {
 #include "ewald/plan.h"
 }
 
-/* A particle in the order of cells: high words in single precision, all bits in double. In the
- * plane at[2] is its index in the state. */
-template <typename Real> struct gbg_cuda_ewald_word {
-    typedef uint32_t type;
+/* A particle in the order of cells. Single precision: 32 bits of each place from bit `shift` below
+ * the top on (differences between neighbours do not need those above, and gain as many below), and
+ * those above packed in `top`, in space in an array of its own. Double precision: all bits. */
+template <int D, typename Real> struct gbg_cuda_ewald_record;
+template <> struct alignas(16) gbg_cuda_ewald_record<2, float> {
+    uint32_t at[2];
+    float source; /* alpha over the largest |alpha| */
+    uint32_t top;
 };
-template <> struct gbg_cuda_ewald_word<double> {
-    typedef uint64_t type;
+template <> struct alignas(16) gbg_cuda_ewald_record<3, float> {
+    uint32_t at[3];
+    float source;
 };
-template <typename Real> struct alignas(16) gbg_cuda_ewald_record {
-    typename gbg_cuda_ewald_word<Real>::type at[3];
-    Real source; /* alpha over the largest |alpha| */
+template <int D> struct alignas(16) gbg_cuda_ewald_record<D, double> {
+    uint64_t at[3];
+    double source;
 };
+
+/* Bits of `top` for an axis: the largest shift. */
+static __host__ __device__ constexpr int gbg_cuda_ewald_top(int dimension)
+{
+    return dimension == 2 ? 16 : 10;
+}
 
 /* Cells of particles, row after row along axis 0, and which of them somebody's reach touches. */
 struct gbg_cuda_ewald_cells {
     int32_t cells[3];
     int32_t all[3];    /* 1: the reach touches all cells of this axis */
+    int32_t shift[3];  /* single precision: of places in records */
     uint32_t reach[3]; /* in units of high words, a little more */
     float edge[3];     /* of a cell, in units of the reach */
     int32_t *begin;    /* of each cell, and n */
@@ -45,16 +57,18 @@ struct gbg_ewald {
     double largest; /* |alpha| */
     int64_t n;      /* particles in order */
     struct gbg_cuda_ewald_cells cells;
-    int64_t n_cells, begin_capacity, record_capacity, index_capacity;
+    int64_t n_cells, begin_capacity, record_capacity, index_capacity, top_capacity;
     void *record;      /* gbg_cuda_ewald_record */
-    int32_t *index;    /* in the state; 3D */
+    int32_t *index;    /* in the state */
+    uint32_t *top;     /* single precision in space */
     void *near_field;  /* of near pairs, in the device's workspace: dimension (potential: one)
                           numbers a particle, blocked by particles */
     void *mesh;        /* sources; potential; in space with GBG_GRADIENT_WAVES field 2 */
     void *wide;        /* GBG_GRADIENT_WAVES: fields 0 and 1, a complex number a node */
     void *influence;   /* (cells[0]/2 + 1) x ... x (cells[1]/2 + 1): of waves n_a >= 0 */
     double *window;    /* double precision: gbg_cuda_ewald_window */
-    double held_bytes; /* of the meshes */
+    size_t mesh_bytes; /* of both meshes, one behind the other; sorting works there too */
+    double held_bytes; /* of all that lives as long as the sum */
     struct gbg_cuda_fft fft;
 };
 
@@ -64,34 +78,70 @@ static inline int64_t gbg_cuda_ewald_pitch(const struct gbg_ewald_choice *choice
     return 2 * ((int64_t)choice->cells[0] / 2 + 1);
 }
 
-/* The cell (or, with the mesh's cells, the spacing) that a place is in. */
-static __device__ __forceinline__ int32_t gbg_cuda_ewald_cell(uint32_t at, int32_t cells)
+/* All bits of a place that a record keeps, as a fraction of the box. */
+template <int D>
+static __device__ __forceinline__ uint64_t gbg_cuda_ewald_whole(const int32_t *shift, int a,
+                                                                uint32_t at, uint32_t top)
 {
-    return (int32_t)__umulhi(at, (uint32_t)cells);
+    const int bits = gbg_cuda_ewald_top(D);
+    uint64_t above = top >> (a * bits) & ((1u << bits) - 1);
+    return above << (63 - shift[a]) << 1 | (uint64_t)at << (32 - shift[a]);
 }
-static __device__ __forceinline__ int32_t gbg_cuda_ewald_cell(uint64_t at, int32_t cells)
+template <int D>
+static __device__ __forceinline__ uint64_t gbg_cuda_ewald_whole(const int32_t *shift, int a,
+                                                                uint64_t at, uint32_t top)
 {
-    return (int32_t)__umul64hi(at, (uint64_t)cells);
+    (void)shift;
+    (void)a;
+    (void)top;
+    return at;
+}
+
+/* What a record holds besides, and its places with all their bits. */
+template <int D, typename Real>
+static __device__ __forceinline__ void
+gbg_cuda_ewald_read(const int32_t *shift, const gbg_cuda_ewald_record<D, Real> &record,
+                    const uint32_t *top, int64_t slot, uint64_t whole[D])
+{
+    uint32_t bits = 0;
+    if constexpr (sizeof(Real) == 4 && D == 2) {
+        bits = record.top;
+    } else if constexpr (sizeof(Real) == 4) {
+        bits = top[slot];
+    }
+#pragma unroll
+    for (int a = 0; a < D; a++) {
+        whole[a] = gbg_cuda_ewald_whole<D>(shift, a, record.at[a], bits);
+    }
+}
+
+/* A place in cells (or spacings of the mesh), times 2^32, rounded down. */
+static __device__ __forceinline__ uint64_t gbg_cuda_ewald_scaled(uint64_t whole, int32_t cells)
+{
+    return (whole >> 32) * (uint32_t)cells + __umulhi((uint32_t)whole, (uint32_t)cells);
+}
+static __device__ __forceinline__ int32_t gbg_cuda_ewald_cell(uint64_t whole, int32_t cells)
+{
+    return (int32_t)(gbg_cuda_ewald_scaled(whole, cells) >> 32);
 }
 
 /* First node of a window of this width, 0 .. cells-1, and the offset z in [-1, 1] between nodes
  * (ewald/window.h). */
-static __device__ __forceinline__ int32_t gbg_cuda_ewald_place(uint32_t at, int32_t cells,
+static __device__ __forceinline__ int32_t gbg_cuda_ewald_place(uint64_t whole, int32_t cells,
                                                                int32_t width, float *z)
 {
-    uint64_t scaled = (uint64_t)at * (uint32_t)cells + (width & 1 ? 0x80000000u : 0u);
+    uint64_t scaled = gbg_cuda_ewald_scaled(whole, cells) + (width & 1 ? 0x80000000u : 0u);
     *z = __int2float_rn((int32_t)((uint32_t)scaled ^ 0x80000000u)) * 0x1p-31f;
     int32_t first = (int32_t)(scaled >> 32) - (width - 1) / 2;
     return first < 0 ? first + cells : first;
 }
-static __device__ __forceinline__ int32_t gbg_cuda_ewald_place(uint64_t at, int32_t cells,
+static __device__ __forceinline__ int32_t gbg_cuda_ewald_place(uint64_t whole, int32_t cells,
                                                                int32_t width, double *z)
 {
     const uint64_t half = UINT64_C(1) << 63;
-    uint64_t low = at * (uint32_t)cells, moved = low + (width & 1 ? half : 0);
+    uint64_t low = whole * (uint32_t)cells, moved = low + (width & 1 ? half : 0);
     *z = __ll2double_rn((int64_t)(moved ^ half)) * 0x1p-63;
-    int32_t first =
-        (int32_t)__umul64hi(at, (uint32_t)cells) + (moved < low ? 1 : 0) - (width - 1) / 2;
+    int32_t first = gbg_cuda_ewald_cell(whole, cells) + (moved < low ? 1 : 0) - (width - 1) / 2;
     return first < 0 ? first + cells : first;
 }
 

@@ -16,21 +16,34 @@ template <> struct pair_of<double> {
     typedef double2 type;
 };
 
+/* What is written to. */
+struct targets {
+    int64_t owned;
+    const uint8_t *species;
+    double *force[3];
+    double mobility[GBG_SPECIES_MAX];
+};
+
 template <int D, typename Real> struct gather_job {
     int64_t n, pitch;
-    int32_t mesh[3], reverse; /* reverse: 1: slopes */
-    const gbg_cuda_ewald_record<Real> *record;
-    const int32_t *index; /* 3D */
+    int32_t mesh[3];
+    const gbg_cuda_ewald_record<D, Real> *record;
+    const int32_t *index;
+    const uint32_t *top;
+    int32_t shift[3];
     const Real *near_field, *node;
     const typename pair_of<Real>::type *wide;
     Real slope[3]; /* of the field, from that in z and in units of the reach */
     struct gbg_cuda_ewald_output output;
+    struct targets to;
     gbg_cuda_ewald_window<D, Real> window;
 };
+static_assert(sizeof(gather_job<3, float>) <= 4096, "parameters of a kernel before CUDA 12.1");
 
-/* Sums over the nodes of one row: fields; the potential, and that with slopes along axis 0. */
-template <typename Real> struct row_sums {
-    Real value[3];
+/* Weights along z of a block's threads, and slopes: registers cannot be counted through. */
+template <int D, typename Real, int W, int from> struct layers {
+    enum { KINDS = from == SLOPES ? 2 : 1 };
+    Real kept[D == 3 ? KINDS : 1][D == 3 ? W : 1][D == 3 ? GBG_CUDA_THREADS : 1];
 };
 
 } // namespace
@@ -99,36 +112,27 @@ add_layer(const gather_job<D, Real> &job, int64_t layer, const int32_t *first,
     }
 }
 
-/* In space one layer after the other, whose weights a thread keeps in shared memory: registers
- * cannot be counted through. */
+/* In space one layer after the other. */
 template <int D, typename Real, int W, int from, bool inside>
-static __device__ __forceinline__ void add_layers(const gather_job<D, Real> &job,
-                                                  const int32_t *first, const Real (*weight)[W],
-                                                  const Real (*slope)[W], Real sum[3])
+static __device__ __forceinline__ void
+add_layers(const gather_job<D, Real> &job, layers<D, Real, W, from> &layers, const int32_t *first,
+           const Real (*weight)[W], const Real (*slope)[W], Real sum[3])
 {
     if constexpr (D == 2) {
         add_layer<D, Real, W, from, inside>(job, 0, first, weight, slope, (Real)1, (Real)0, sum);
     } else {
-        __shared__ Real kept[from == SLOPES ? 2 : 1][W][GBG_CUDA_THREADS];
-#pragma unroll
-        for (int l = 0; l < W; l++) {
-            kept[0][l][threadIdx.x] = weight[2][l];
-            if (from == SLOPES) {
-                kept[from == SLOPES ? 1 : 0][l][threadIdx.x] = slope[2][l];
-            }
-        }
 #pragma unroll 1
         for (int l = 0; l < W; l++) {
+            Real z = layers.kept[0][l][threadIdx.x];
+            Real slope_z = from == SLOPES ? layers.kept[layers.KINDS - 1][l][threadIdx.x] : (Real)0;
             add_layer<D, Real, W, from, inside>(job, wrapped(first[2] + l, job.mesh[2]), first,
-                                                weight, slope, kept[0][l][threadIdx.x],
-                                                kept[from == SLOPES ? 1 : 0][l][threadIdx.x], sum);
+                                                weight, slope, z, slope_z, sum);
         }
     }
 }
 
 template <int D, typename Real>
-static __device__ __forceinline__ void write(const struct gbg_state &state,
-                                             const gather_job<D, Real> &job, int64_t slot,
+static __device__ __forceinline__ void write(const gather_job<D, Real> &job, int64_t slot,
                                              int64_t i, Real source, const Real sum[3])
 {
     double unit = job.output.unit;
@@ -137,55 +141,63 @@ static __device__ __forceinline__ void write(const struct gbg_state &state,
         job.output.potential[i] = unit * (both - job.output.self * (double)source);
         return;
     }
-    double mobility = state.mobility[state.species ? state.species[i] : 0];
+    double mobility = job.to.mobility[job.to.species ? job.to.species[i] : 0];
     for (int a = 0; a < D; a++) {
         double far = (double)sum[a] * (double)job.slope[a];
         double force = mobility * unit * (far + (double)job.near_field[slot * D + a]);
-        double *target = &state.force[a][i];
+        double *target = &job.to.force[a][i];
         *target = job.output.add ? *target + force : force;
     }
 }
 
 template <int D, typename Real, int W, int from>
 static __global__
-__launch_bounds__(GBG_CUDA_THREADS) void gather(const __grid_constant__ struct gbg_state state,
-                                                const __grid_constant__ gather_job<D, Real> job)
+__launch_bounds__(GBG_CUDA_THREADS) void gather(const __grid_constant__ gather_job<D, Real> job)
 {
+    __shared__ layers<D, Real, W, from> layers;
     int64_t slot = gbg_cuda_index();
     if (slot >= job.n) {
         return;
     }
-    gbg_cuda_ewald_record<Real> record = job.record[slot];
-    int64_t i = D == 2 ? (int64_t)record.at[2] : job.index[slot];
+    gbg_cuda_ewald_record<D, Real> record = job.record[slot];
+    int64_t i = job.index[slot];
+    uint64_t whole[D];
     int32_t first[D];
     Real z[D], weight[D][W], slope[from == SLOPES ? D : 1][W], sum[3] = {0, 0, 0};
-    if (i >= state.owned) {
+    if (i >= job.to.owned) {
         return; /* it only acts on others */
     }
+    gbg_cuda_ewald_read(job.shift, record, job.top, slot, whole);
 #pragma unroll
     for (int a = 0; a < D; a++) {
-        first[a] = gbg_cuda_ewald_place(record.at[a], job.mesh[a], job.window.width, &z[a]);
+        first[a] = gbg_cuda_ewald_place(whole[a], job.mesh[a], job.window.width, &z[a]);
     }
     gbg_cuda_ewald_weights<D, Real, W>(job.window, z, weight, from == SLOPES ? slope : NULL);
-    if (first[0] + W <= job.mesh[0]) {
-        add_layers<D, Real, W, from, true>(job, first, weight, slope, sum);
-    } else {
-        add_layers<D, Real, W, from, false>(job, first, weight, slope, sum);
+#pragma unroll
+    for (int l = 0; l < W && D == 3; l++) { /* read by the same thread alone */
+        layers.kept[0][l][threadIdx.x] = weight[D - 1][l];
+        if (from == SLOPES) {
+            layers.kept[layers.KINDS - 1][l][threadIdx.x] = slope[from == SLOPES ? D - 1 : 0][l];
+        }
     }
-    write(state, job, slot, i, record.source, sum);
+    if (first[0] + W <= job.mesh[0]) {
+        add_layers<D, Real, W, from, true>(job, layers, first, weight, slope, sum);
+    } else {
+        add_layers<D, Real, W, from, false>(job, layers, first, weight, slope, sum);
+    }
+    write(job, slot, i, record.source, sum);
 }
 
 template <int D, typename Real, int W>
-static void start(struct gbg_device *device, const struct gbg_state *state,
-                  const gather_job<D, Real> &job, int from)
+static void start(struct gbg_device *device, const gather_job<D, Real> &job, int from)
 {
     unsigned blocks = gbg_cuda_blocks(job.n);
     if (from == FIELDS) {
-        gather<D, Real, W, FIELDS><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
+        gather<D, Real, W, FIELDS><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(job);
     } else if (from == SLOPES) {
-        gather<D, Real, W, SLOPES><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
+        gather<D, Real, W, SLOPES><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(job);
     } else {
-        gather<D, Real, W, POTENTIAL><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(*state, job);
+        gather<D, Real, W, POTENTIAL><<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(job);
     }
 }
 
@@ -200,12 +212,17 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
                                                         : SLOPES;
     job.n = sum->n;
     job.pitch = gbg_cuda_ewald_pitch(choice);
-    job.record = (const gbg_cuda_ewald_record<Real> *)sum->record;
+    job.record = (const gbg_cuda_ewald_record<D, Real> *)sum->record;
     job.index = sum->index;
+    job.top = sum->top;
+    memcpy(job.shift, sum->cells.shift, sizeof job.shift);
     job.near_field = (const Real *)sum->near_field;
     job.node = (const Real *)sum->mesh;
     job.wide = (const typename pair_of<Real>::type *)sum->wide;
     job.output = *output;
+    job.to = {state->owned, state->species, {}, {}};
+    memcpy(job.to.force, state->force, sizeof job.to.force);
+    memcpy(job.to.mobility, state->mobility, sizeof job.to.mobility);
     for (int a = 0; a < D; a++) {
         job.mesh[a] = choice->cells[a];
         /* a node is at t = .. - z/2, and the particle moves by dz = 2 cells/length dx: the field is
@@ -217,25 +234,25 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     gbg_cuda_ewald_fill_window(sum, &job.window);
     switch ((choice->width + 1) / 2) {
     case 2:
-        start<D, Real, 4>(device, state, job, from);
+        start<D, Real, 4>(device, job, from);
         break;
     case 3:
-        start<D, Real, 6>(device, state, job, from);
+        start<D, Real, 6>(device, job, from);
         break;
     case 4:
-        start<D, Real, 8>(device, state, job, from);
+        start<D, Real, 8>(device, job, from);
         break;
     case 5:
-        start<D, Real, 10>(device, state, job, from);
+        start<D, Real, 10>(device, job, from);
         break;
     case 6:
-        start<D, Real, 12>(device, state, job, from);
+        start<D, Real, 12>(device, job, from);
         break;
     case 7:
-        start<D, Real, 14>(device, state, job, from);
+        start<D, Real, 14>(device, job, from);
         break;
     default:
-        start<D, Real, 16>(device, state, job, from);
+        start<D, Real, 16>(device, job, from);
         break;
     }
     return gbg_cuda_started(device, "far part at the particles");

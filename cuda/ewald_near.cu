@@ -6,10 +6,11 @@
 namespace
 {
 
-template <typename Real> struct near_job {
+template <int D, typename Real> struct near_job {
     struct gbg_cuda_ewald_cells cells;
     int64_t n;
-    const gbg_cuda_ewald_record<Real> *record;
+    const gbg_cuda_ewald_record<D, Real> *record;
+    const uint32_t *top;
     Real *field;
     Real scale[3]; /* of differences of places */
     Real power;
@@ -24,15 +25,6 @@ struct span {
 };
 
 } // namespace
-
-static __device__ __forceinline__ uint32_t high_word(uint32_t at)
-{
-    return at;
-}
-static __device__ __forceinline__ uint32_t high_word(uint64_t at)
-{
-    return (uint32_t)(at >> 32);
-}
 
 /* 1/sqrt: the unit's 23 bits in single precision. */
 static __device__ __forceinline__ float inverse_root(float a)
@@ -59,8 +51,8 @@ static __device__ __forceinline__ double difference(uint64_t p, uint64_t q)
  * far part makes up for. whole: the power, 0 for others; terms: of the polynomial, 0: as many as
  * the job says. */
 template <int whole, int terms> struct force_law {
-    template <typename Real>
-    static __device__ __forceinline__ Real of(const near_job<Real> &job, Real q)
+    template <int D, typename Real>
+    static __device__ __forceinline__ Real of(const near_job<D, Real> &job, Real q)
     {
         Real z = fma((Real)2, q, (Real)-1), root = inverse_root(q), sum;
         Real law = whole ? gbg_cuda_raise<(whole ? whole : 1)>(root)
@@ -82,8 +74,8 @@ template <int whole, int terms> struct force_law {
 };
 
 struct potential_law {
-    template <typename Real>
-    static __device__ __forceinline__ Real of(const near_job<Real> &job, Real q)
+    template <int D, typename Real>
+    static __device__ __forceinline__ Real of(const near_job<D, Real> &job, Real q)
     {
         Real z = fma((Real)2, q, (Real)-1), s = job.power - (Real)1, sum = 0;
         for (int k = job.degree; k >= 0; k--) {
@@ -172,23 +164,25 @@ static __device__ __forceinline__ void visit_around(const struct gbg_cuda_ewald_
 /* O numbers a particle: a vector of D, or a potential. */
 template <int D, int O, typename Real, typename Law>
 static __global__
-__launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near_job<Real> job)
+__launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near_job<D, Real> job)
 {
     int64_t slot = gbg_cuda_index();
     if (slot >= job.n) {
         return;
     }
-    const gbg_cuda_ewald_record<Real> own = job.record[slot];
+    const gbg_cuda_ewald_record<D, Real> own = job.record[slot];
+    uint64_t whole[D];
     uint32_t high[D];
     Real sum[O];
+    gbg_cuda_ewald_read(job.cells.shift, own, job.top, slot, whole);
     for (int a = 0; a < D; a++) {
-        high[a] = high_word(own.at[a]);
+        high[a] = (uint32_t)(whole[a] >> 32);
     }
     for (int a = 0; a < O; a++) {
         sum[a] = 0;
     }
     visit_around<D>(job.cells, high, [&](int32_t k) {
-        const gbg_cuda_ewald_record<Real> other = job.record[k];
+        const gbg_cuda_ewald_record<D, Real> other = job.record[k];
         Real r[D], q = 0;
         for (int a = 0; a < D; a++) {
             r[a] = difference(own.at[a], other.at[a]) * job.scale[a];
@@ -205,20 +199,22 @@ __launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near
     }
 }
 
-template <typename Real> static near_job<Real> make_job(const struct gbg_ewald *sum, int potential)
+template <int D, typename Real>
+static near_job<D, Real> make_job(const struct gbg_ewald *sum, int potential)
 {
-    near_job<Real> job = {};
+    near_job<D, Real> job = {};
     const struct gbg_split *split = &sum->plan.split;
     const struct gbg_ewald_choice *choice = &sum->plan.choice;
     job.cells = sum->cells;
     job.n = sum->n;
-    job.record = (const gbg_cuda_ewald_record<Real> *)sum->record;
+    job.record = (const gbg_cuda_ewald_record<D, Real> *)sum->record;
+    job.top = sum->top;
     job.field = (Real *)sum->near_field;
     job.power = (Real)choice->power;
     job.degree = split->degree;
-    for (int a = 0; a < choice->dimension; a++) {
-        job.scale[a] =
-            (Real)(ldexp(choice->length[a], sizeof(Real) == 4 ? -32 : -64) / choice->reach);
+    for (int a = 0; a < D; a++) {
+        int bits = sizeof(Real) == 4 ? 32 + sum->cells.shift[a] : 64;
+        job.scale[a] = (Real)(ldexp(choice->length[a], -bits) / choice->reach);
     }
     for (int k = 0; k <= split->degree; k++) {
         job.coefficient[k] = (Real)(potential ? split->potential[k] : split->near[k]);
@@ -227,7 +223,7 @@ template <typename Real> static near_job<Real> make_job(const struct gbg_ewald *
 }
 
 template <int D, typename Real, typename Law>
-static void start(struct gbg_device *device, const near_job<Real> &job)
+static void start(struct gbg_device *device, const near_job<D, Real> &job)
 {
     near_pairs<D, D, Real, Law>
         <<<gbg_cuda_blocks(job.n), GBG_CUDA_THREADS, 0, device->stream>>>(job);
@@ -235,7 +231,7 @@ static void start(struct gbg_device *device, const near_job<Real> &job)
 
 /* Single precision and power 2, which is what runs are made of: a kernel for each number of terms
  * up to two more than are needed. */
-template <int D> static void start_square(struct gbg_device *device, const near_job<float> &job)
+template <int D> static void start_square(struct gbg_device *device, const near_job<D, float> &job)
 {
     int terms = job.degree + 1;
     if (terms <= 6) {
@@ -252,7 +248,7 @@ template <int D> static void start_square(struct gbg_device *device, const near_
         start<D, float, force_law<2, 0>>(device, job);
     }
 }
-template <int D> static void start_square(struct gbg_device *device, const near_job<double> &job)
+template <int D> static void start_square(struct gbg_device *device, const near_job<D, double> &job)
 {
     if (job.degree < 16) {
         start<D, double, force_law<2, 16>>(device, job);
@@ -264,7 +260,7 @@ template <int D> static void start_square(struct gbg_device *device, const near_
 }
 
 template <int D, typename Real>
-static void start_force(struct gbg_device *device, const near_job<Real> &job, double power)
+static void start_force(struct gbg_device *device, const near_job<D, Real> &job, double power)
 {
     if (power == 2.0) {
         start_square<D>(device, job);
@@ -282,7 +278,7 @@ static void start_force(struct gbg_device *device, const near_job<Real> &job, do
 template <int D, typename Real>
 static int run(struct gbg_device *device, const struct gbg_ewald *sum, int potential)
 {
-    near_job<Real> job = make_job<Real>(sum, potential);
+    near_job<D, Real> job = make_job<D, Real>(sum, potential);
     if (potential) {
         near_pairs<D, 1, Real, potential_law>
             <<<gbg_cuda_blocks(job.n), GBG_CUDA_THREADS, 0, device->stream>>>(job);

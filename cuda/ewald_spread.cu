@@ -14,7 +14,8 @@ template <int D, typename Real> struct spread_job {
     struct gbg_cuda_ewald_cells cells;
     int32_t mesh[3];
     int64_t pitch, tiles[3];
-    const gbg_cuda_ewald_record<Real> *record;
+    const gbg_cuda_ewald_record<D, Real> *record;
+    const uint32_t *top;
     Real *node;
     gbg_cuda_ewald_window<D, Real> window;
 };
@@ -127,15 +128,17 @@ template <int D, typename Real, int W>
 static __device__ __forceinline__ void
 stage(const spread_job<D, Real> &job, staging<D, Real> &table, const int32_t *from, int32_t slot)
 {
-    gbg_cuda_ewald_record<Real> record = {};
+    gbg_cuda_ewald_record<D, Real> record = {};
+    uint64_t whole[D] = {};
     int32_t first[D];
     Real z[D], weight[D][W];
     if (slot >= 0) {
         record = job.record[slot];
+        gbg_cuda_ewald_read(job.cells.shift, record, job.top, slot, whole);
     }
 #pragma unroll
     for (int a = 0; a < D; a++) {
-        first[a] = gbg_cuda_ewald_place(record.at[a], job.mesh[a], job.window.width, &z[a]);
+        first[a] = gbg_cuda_ewald_place(whole[a], job.mesh[a], job.window.width, &z[a]);
     }
     gbg_cuda_ewald_weights<D, Real, W>(job.window, z, weight, NULL);
     stage_axis<Real, W, TILE>(table.x, weight[0], first[0], from[0], job.mesh[0], (Real)1);
@@ -269,7 +272,8 @@ template <int D, typename Real> static int run(struct gbg_device *device, struct
     spread_job<D, Real> job = {};
     job.cells = sum->cells;
     job.pitch = gbg_cuda_ewald_pitch(choice);
-    job.record = (const gbg_cuda_ewald_record<Real> *)sum->record;
+    job.record = (const gbg_cuda_ewald_record<D, Real> *)sum->record;
+    job.top = sum->top;
     job.node = (Real *)sum->mesh;
     for (int a = 0; a < 3; a++) {
         int32_t nodes = a == 2 ? DEEP : TILE;

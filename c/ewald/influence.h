@@ -39,7 +39,7 @@ GBG_INLINE double gbg_far_at(const struct gbg_far *far, double k)
         return 0;
     }
     int exponent;
-    double z = (2 * frexp(x, &exponent) - 1) * GBG_FAR_PANELS;
+    double z = (2 * frexp(x, &exponent) - 1) * (double)GBG_FAR_PANELS;
     if (-exponent >= GBG_FAR_OCTAVES) {
         return gbg_far_below(far, k);
     }
