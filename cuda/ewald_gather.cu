@@ -25,15 +25,14 @@ struct targets {
 };
 
 template <int D, typename Real> struct gather_job {
-    int64_t n, pitch;
-    int32_t mesh[3];
+    int64_t n;
+    int32_t mesh[3], shift[3];
+    Real slope[3]; /* of the field, from that in z and in units of the reach */
     const gbg_cuda_ewald_record<D, Real> *record;
     const int32_t *index;
     const uint32_t *top;
-    int32_t shift[3];
     const Real *near_field, *node;
     const typename pair_of<Real>::type *wide;
-    Real slope[3]; /* of the field, from that in z and in units of the reach */
     struct gbg_cuda_ewald_output output;
     struct targets to;
     gbg_cuda_ewald_window<D, Real> window;
@@ -62,7 +61,7 @@ add_row(const gather_job<D, Real> &job, int64_t row, int32_t first, const Real *
 {
     Real p = 0, q = 0, r = 0;
     const typename pair_of<Real>::type *wide = job.wide + row * job.mesh[0];
-    const Real *node = job.node + row * job.pitch;
+    const Real *node = job.node + row * (2 * (job.mesh[0] / 2 + 1));
     if (inside) {
         wide += first;
         node += first;
@@ -211,7 +210,6 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
                : choice->gradient == GBG_GRADIENT_WAVES ? FIELDS
                                                         : SLOPES;
     job.n = sum->n;
-    job.pitch = gbg_cuda_ewald_pitch(choice);
     job.record = (const gbg_cuda_ewald_record<D, Real> *)sum->record;
     job.index = sum->index;
     job.top = sum->top;

@@ -10,6 +10,7 @@
  * returns their number. */
 struct gbg_list;
 struct gbg_search_kernels;
+struct gbg_ewald_kernels;
 typedef int64_t (*gbg_cpu_screen)(const struct gbg_list *list, int64_t slice, const int32_t *index,
                                   float squared_limit, int32_t *found);
 
@@ -42,6 +43,7 @@ struct gbg_cpu_variant {
     struct gbg_kernels kernels;
     gbg_cpu_screen screen;
     const struct gbg_search_kernels *search;
+    const struct gbg_ewald_kernels *ewald;
     gbg_cpu_find find;
     gbg_cpu_lay_row lay_row;
     gbg_cpu_follow follow;

@@ -3,6 +3,7 @@
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/direct.h"
 #include "backend/cpu/events.h"
+#include "backend/cpu/ewald.h"
 #include "backend/cpu/list.h"
 #include "backend/cpu/order.h"
 #include "backend/cpu/search.h"
@@ -12,6 +13,7 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
     .name = GBG_SIMD_NAME,
     .screen = GBG_ISA_NAME(gbg_cpu_screen),
     .search = &GBG_ISA_NAME(gbg_search_kernels),
+    .ewald = &GBG_ISA_NAME(gbg_ewald_kernels),
     .find = GBG_ISA_NAME(gbg_cpu_find),
     .lay_row = GBG_ISA_NAME(gbg_cpu_lay_row),
     .follow = GBG_ISA_NAME(gbg_cpu_follow),
@@ -30,6 +32,11 @@ const struct gbg_cpu_variant GBG_ISA_NAME(gbg_cpu_variant) = {
             .direct_strict = GBG_ISA_NAME(gbg_cpu_direct_strict),
             .direct_reserve = gbg_cpu_direct_reserve,
             .direct_targets = gbg_cpu_direct_targets,
+            .ewald_create = gbg_ewald_create,
+            .ewald_destroy = gbg_ewald_destroy,
+            .ewald_force = gbg_ewald_force,
+            .ewald_potential = gbg_ewald_potential,
+            .ewald_bytes = gbg_ewald_bytes,
             .list_create = gbg_list_create,
             .list_destroy = gbg_list_destroy,
             .list_update = gbg_list_update,
