@@ -10,19 +10,11 @@
 /* Waves along an axis, aliases on each side. */
 enum { NODES = 24, ALIASES = 3 };
 
-/* Of one axis at each node: the wave, squares of the window's transform there and of its aliases,
- * and of the slope's. */
+/* Of one axis at each node: the wave, the transforms of window and slope there, and sums of the
+ * squares of their aliases'. */
 struct axis {
     double weight[NODES], wave[NODES], here[NODES], alias[NODES], slope[NODES], slope_alias[NODES];
 };
-
-/* Transform of the window's slope over 2 pi i, without the steps at its ends. */
-static double slope_transform(const struct gbg_ewald_window *window, double f, double value)
-{
-    const double pi = (double)GBG_PI_LONG;
-    double step = window->kind == GBG_EWALD_PROLATE ? gbg_prolate_value(&window->profile, 1) : 0;
-    return f * value - step * sin(pi * f * window->width) / pi;
-}
 
 static void fill_axis(const struct gbg_split *split, const struct gbg_ewald_window *window,
                       double spacing, struct axis *axis)
@@ -37,10 +29,10 @@ static void fill_axis(const struct gbg_split *split, const struct gbg_ewald_wind
         for (int m = -ALIASES; m <= ALIASES; m++) {
             double f = axis->wave[n] * spacing / turn + m;
             double value = gbg_ewald_window_transform(window, f);
-            double slope = slope_transform(window, f, value) * turn / spacing;
+            double slope = gbg_ewald_window_slope(window, f) * turn / spacing;
             if (m == 0) {
-                axis->here[n] = value * value;
-                axis->slope[n] = axis->wave[n] * axis->wave[n] * value * value;
+                axis->here[n] = value;
+                axis->slope[n] = slope;
             } else {
                 axis->alias[n] += value * value;
                 axis->slope_alias[n] += slope * slope;
@@ -60,21 +52,42 @@ static struct product times(struct product left, double here, double added)
                             left.here * added + left.added * here + left.added * added};
 }
 
+/* Slopes of the windows' product and what aliases add to them, over that of the waves alone where
+ * slopes point: how far they miss the direction of the wave counts as added. */
+static struct product slope_product(const struct axis *const *axis, const int *n, int dimension)
+{
+    struct product all = {0, 0};
+    double slope[3] = {0}, k2 = 0, cross = 0;
+    for (int a = 0; a < dimension; a++) {
+        struct product one = {1, 0};
+        slope[a] = axis[a]->slope[n[a]];
+        for (int b = 0; b < dimension; b++) {
+            double here = b == a ? slope[a] : axis[b]->here[n[b]];
+            one = times(one, here * here, (b == a ? axis[b]->slope_alias : axis[b]->alias)[n[b]]);
+            slope[a] *= b == a ? 1 : axis[b]->here[n[b]];
+        }
+        all.here += one.here;
+        all.added += one.added;
+        k2 += axis[a]->wave[n[a]] * axis[a]->wave[n[a]];
+    }
+    for (int a = 0; a < dimension; a++) {
+        int b = (a + 1) % dimension;
+        double turned = axis[a]->wave[n[a]] * slope[b] - axis[b]->wave[n[b]] * slope[a];
+        cross += (dimension == 2 ? 0.5 : 1) * turned * turned;
+    }
+    return (struct product){all.here - cross / k2, all.added + cross / k2};
+}
+
 /* The share of a wave's square that is error with the best influence: each node of each axis. */
 static double share(const struct axis *const *axis, const int *n, int dimension, int gradient)
 {
-    struct product square = {1, 0}, slope = {0, 0};
+    struct product square = {1, 0};
     for (int a = 0; a < dimension; a++) {
-        struct product one = {1, 0};
-        for (int b = 0; b < dimension; b++) {
-            one = b == a ? times(one, axis[b]->slope[n[b]], axis[b]->slope_alias[n[b]])
-                         : times(one, axis[b]->here[n[b]], axis[b]->alias[n[b]]);
-        }
-        slope.here += one.here;
-        slope.added += one.added;
-        square = times(square, axis[a]->here[n[a]], axis[a]->alias[n[a]]);
+        double here = axis[a]->here[n[a]];
+        square = times(square, here * here, axis[a]->alias[n[a]]);
     }
-    struct product other = gradient == GBG_GRADIENT_WINDOW ? slope : square;
+    struct product other =
+        gradient == GBG_GRADIENT_WINDOW ? slope_product(axis, n, dimension) : square;
     double all = (square.here + square.added) * (other.here + other.added);
     return all > 0 ? times(square, other.here, other.added).added / all : 0;
 }
@@ -116,6 +129,7 @@ static double loss_of_shape(const struct gbg_split *split, int width, double spa
     struct axis table;
     const struct axis *axis[3] = {&table, &table, &table};
     gbg_prolate_make(shape, &window.profile);
+    window.step = gbg_prolate_value(&window.profile, 1);
     fill_axis(split, &window, spacing, &table);
     return integrate(split, axis, gradient);
 }

@@ -118,6 +118,17 @@ void gbg_ewald_fill_axis(const struct gbg_ewald_plan *plan, int a, struct gbg_ew
     }
 }
 
+/* What the slope of a window is short of, of the window's own wave: the steps at its ends. */
+static double slope_share(const struct gbg_ewald_plan *plan, int a, int32_t n, double square)
+{
+    const struct gbg_ewald_window *window = &plan->window[a];
+    if (n == 0 || window->kind != GBG_EWALD_PROLATE) {
+        return 1;
+    }
+    double f = (double)n / plan->choice.cells[a], phase = (double)GBG_PI_LONG * f;
+    return 1 - window->step * sin(phase * window->width) / (phase * sqrt(square));
+}
+
 /* Sum over axes of slope_a times power of the others. */
 static double slopes(int dimension, const double power[3], const double slope[3])
 {
@@ -131,13 +142,16 @@ void gbg_ewald_fill_row(const struct gbg_ewald_plan *plan, const struct gbg_ewal
     const struct gbg_ewald_choice *choice = &plan->choice;
     int d = choice->dimension, by_waves = choice->gradient == GBG_GRADIENT_WAVES;
     int32_t last = choice->cells[0] / 2, n[3] = {0, n1, d == 3 ? n2 : 0};
-    double power[3] = {1, 1, 1}, slope[3] = {0}, square = 1, volume = choice->length[0], wave2 = 0;
+    double power[3] = {1, 1, 1}, slope[3] = {0}, square = 1, volume = choice->length[0], wave2 = 0,
+           read2 = 0;
     for (int a = 1; a < d; a++) {
         power[a] = axis[a].power[n[a]];
         slope[a] = axis[a].slope[n[a]];
         square *= n[a] < choice->cells[a] / 2 ? axis[a].square[n[a]] : 0;
         volume *= choice->length[a];
         wave2 += wave(plan, a, n[a]) * wave(plan, a, n[a]);
+        read2 += wave(plan, a, n[a]) * wave(plan, a, n[a]) *
+                 (by_waves ? 1 : slope_share(plan, a, n[a], axis[a].square[n[a]]));
     }
     double others = power[1] * power[2];
     double end = square > 0 ? choice->band / choice->reach : 0;
@@ -150,7 +164,11 @@ void gbg_ewald_fill_row(const struct gbg_ewald_plan *plan, const struct gbg_ewal
         power[0] = axis[0].power[m];
         slope[0] = axis[0].slope[m];
         double all = power[0] * others;
-        double factor = by_waves ? 1 / (all * all) : k2 / (all * slopes(d, power, slope));
+        double factor = 1 / (all * all);
+        if (!by_waves) {
+            double read = read2 + k0 * k0 * slope_share(plan, 0, m, axis[0].square[m]);
+            factor = read / (all * slopes(d, power, slope));
+        }
         row[m] =
             gbg_split_far(&plan->split, sqrt(k2)) / volume * square * axis[0].square[m] * factor;
     }

@@ -56,7 +56,7 @@ int32_t gbg_ewald_cells(double least);
 struct gbg_ewald_axis {
     double *square; /* transform(f)^2 */
     double *power;  /* sum over aliases of transform^2 */
-    double *slope;  /* sum over aliases of (2 pi (f+m) cells/length)^2 transform^2 */
+    double *slope;  /* sum over aliases of slope^2, as waves: (2 pi cells/length)^2 */
 };
 void gbg_ewald_fill_axis(const struct gbg_ewald_plan *plan, int a, struct gbg_ewald_axis *axis);
 /* Influence of waves n_0 = 0..cells[0]/2 at n_1, n_2 (each 0..cells/2): the real number that the

@@ -196,17 +196,18 @@ int gbg_split_make(int dimension, double power, int kind, double reach, double b
  * width of the one before, so that no power of u varies much in one. */
 static double integral(const struct gbg_split *split, double x, double exponent, int slope)
 {
-    double node[24], weight[24], sum = 0, end = profile_end(split, x);
+    double node[24], weight[24], end = profile_end(split, x);
+    long double sum = 0;
     gbg_legendre_rule(24, node, weight);
     for (double low = x; low < end;) {
         double high = fmin(fmin(2 * low, low + 0.25), end), half = (high - low) / 2;
         for (int m = 0; m < 24; m++) {
-            double u = low + half * (1 + node[m]);
-            sum += half * weight[m] * pow(u, exponent) * (double)profile(split, slope, u);
+            long double u = low + (long double)half * (1 + node[m]);
+            sum += half * weight[m] * powl(u, exponent) * profile(split, slope, u);
         }
         low = high;
     }
-    return sum;
+    return (double)sum;
 }
 
 /* Near force over r_vec, without the cut at the reach. */

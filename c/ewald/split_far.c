@@ -6,7 +6,7 @@
 #include "ewald/split.h"
 
 /* Even Chebyshev polynomials of the profile's transform over the band; nodes in the profile. */
-enum { SPECTRUM = 64, NODES = 96, STEPS = 4 };
+enum { SPECTRUM = 64, NODES = 96, STEPS = 5 };
 
 /* The d-dimensional transform of the profile, tabulated where that costs. */
 struct spectrum {
@@ -100,7 +100,7 @@ static long double beyond(const struct gbg_split *split, const struct spectrum *
 {
     enum { PARTS = 64 };
     int prolate = split->kind == GBG_SPLIT_PROLATE, d = split->dimension;
-    long double width = (prolate ? 40.0L : 20) / PARTS, sum = 0;
+    long double width = (prolate ? 40.0L : 14) / PARTS, sum = 0;
     double area = (d == 2 ? 1 : 1 / (double)GBG_PI_LONG) / (2 * (double)GBG_PI_LONG);
     *loss = prolate ? step_loss(split, spectrum->end + 20) : 0;
     for (int m = PARTS - 1; m >= 0; m--) {

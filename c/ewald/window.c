@@ -161,6 +161,7 @@ int gbg_ewald_window_shaped(int width, double shape, struct gbg_ewald_window *wi
     }
     *window = (struct gbg_ewald_window){.kind = GBG_EWALD_PROLATE, .width = width, .shape = shape};
     gbg_prolate_make(shape, &window->profile);
+    window->step = gbg_prolate_value(&window->profile, 1);
     fill_window(window);
     return GBG_OK;
 }
@@ -194,6 +195,13 @@ double gbg_ewald_window_transform(const struct gbg_ewald_window *window, double 
     return phase == 0 ? 1 : pow(sin(phase) / phase, window->width);
 }
 
+double gbg_ewald_window_slope(const struct gbg_ewald_window *window, double f)
+{
+    const double pi = (double)GBG_PI_LONG;
+    return f * gbg_ewald_window_transform(window, f) -
+           window->step * sin(pi * f * window->width) / pi;
+}
+
 /* Sum over m >= 0 of (m + x)^-n, x > 0: terms one by one, then Euler and Maclaurin's formula. */
 static double zeta(int n, double x)
 {
@@ -225,26 +233,25 @@ static void spline_alias(const struct gbg_ewald_window *window, double f, double
     *slope_power = sine * (zeta(n - 2, f) + zeta(n - 2, 1 - f));
 }
 
-/* Term by term: where a prolate window's transform is so small that cosines would cancel. */
-static void small_alias(const struct gbg_ewald_window *window, double f, double *power,
+/* Term by term: what a prolate window without much of a step at its ends leaves out so is less
+ * than cosines lose by cancelling. */
+static void few_aliases(const struct gbg_ewald_window *window, double f, double *power,
                         double *slope_power)
 {
     *power = *slope_power = 0;
     for (int m = -3; m <= 3; m++) {
         double value = gbg_ewald_window_transform(window, f + m);
         *power += value * value;
-        *slope_power += (f + m) * (f + m) * value * value;
+        double slope = gbg_ewald_window_slope(window, f + m);
+        *slope_power += slope * slope;
     }
 }
 
-void gbg_ewald_window_alias(const struct gbg_ewald_window *window, double f, double *power,
-                            double *slope_power)
+/* All of them, from products of the window with itself. */
+static void all_aliases(const struct gbg_ewald_window *window, double f, double *power,
+                        double *slope_power)
 {
     const double two_pi = 2 * (double)GBG_PI_LONG;
-    if (window->kind == GBG_EWALD_BSPLINE) {
-        spline_alias(window, f, power, slope_power);
-        return;
-    }
     *power = window->product[0];
     *slope_power = window->slope_product[0];
     for (int j = 1; j < window->width; j++) {
@@ -253,7 +260,20 @@ void gbg_ewald_window_alias(const struct gbg_ewald_window *window, double f, dou
         *slope_power += cosine * window->slope_product[j];
     }
     *slope_power /= two_pi * two_pi;
-    if (*power < 1e-8 * window->product[0]) {
-        small_alias(window, f, power, slope_power);
+}
+
+void gbg_ewald_window_alias(const struct gbg_ewald_window *window, double f, double *power,
+                            double *slope_power)
+{
+    if (window->kind == GBG_EWALD_BSPLINE) {
+        spline_alias(window, f, power, slope_power);
+        return;
+    }
+    int steps = window->step > 1e-7;
+    if (steps) {
+        all_aliases(window, f, power, slope_power);
+    }
+    if (!steps || *power < 1e-8 * window->product[0]) {
+        few_aliases(window, f, power, slope_power);
     }
 }

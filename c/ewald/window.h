@@ -15,6 +15,7 @@ enum { GBG_EWALD_NARROWEST = 3, GBG_EWALD_WIDEST = 16, GBG_EWALD_DEGREE = 19 };
 struct gbg_ewald_window {
     int kind; /* enum gbg_ewald_window_kind */
     int width, degree;
+    double step;  /* PROLATE: value at the ends, where it stops */
     double shape; /* PROLATE: band of the window in t from -width/2 to width/2 */
     struct gbg_prolate profile;
     /* Int w(t) w(t+j) dt and the same of w': sums over aliases are their cosine sums. */
@@ -32,7 +33,10 @@ int gbg_ewald_window_shaped(int width, double shape, struct gbg_ewald_window *wi
 /* Window at t spacings, and its transform at f cycles a spacing, by their definitions. */
 double gbg_ewald_window_value(const struct gbg_ewald_window *window, double t);
 double gbg_ewald_window_transform(const struct gbg_ewald_window *window, double f);
-/* Sums over all aliases m of transform(f+m)^2 and of (f+m)^2 transform(f+m)^2. */
+/* Transform of the window's slope over 2 pi i: f transform(f), less the share of the steps at a
+ * prolate window's ends, which no slope has that is read from polynomials. */
+double gbg_ewald_window_slope(const struct gbg_ewald_window *window, double f);
+/* Sums over all aliases m of transform(f+m)^2 and of slope(f+m)^2. */
 void gbg_ewald_window_alias(const struct gbg_ewald_window *window, double f, double *power,
                             double *slope_power);
 
