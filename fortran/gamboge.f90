@@ -8,6 +8,7 @@ module gamboge
    use gamboge_trajectory, only: gbg_trajectory_t
    use gamboge_analysis, only: gbg_analysis_t
    use gamboge_neighbours, only: gbg_neighbours_t, gbg_pair_batch
+   use gamboge_sum, only: gbg_sum_t
    use gamboge_kernels, only: gbg_overlaps_find, gbg_overlaps_remove, gbg_pair_forces
    use gamboge_noise, only: gbg_normals
    implicit none

@@ -6,6 +6,7 @@ module gamboge_c
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_int32_t, &
       c_int64_t, c_intptr_t, c_ptr
    use gamboge_c_neighbours
+   use gamboge_c_sums
    use gamboge_constants
    implicit none
    public

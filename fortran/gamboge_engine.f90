@@ -6,8 +6,8 @@ module gamboge_engine
       c_ptr
    use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
    use gamboge_c, only: gbg_e_argument, gbg_e_order, gbg_engine_box, gbg_engine_create, &
-      gbg_engine_destroy, gbg_engine_force_error, gbg_engine_forces, gbg_engine_hash, &
-      gbg_engine_ids, gbg_engine_integer, gbg_engine_load, gbg_engine_overlapped, &
+      gbg_engine_destroy, gbg_engine_force_error, gbg_engine_forces, gbg_engine_get_sum, &
+      gbg_engine_hash, gbg_engine_ids, gbg_engine_integer, gbg_engine_load, gbg_engine_overlapped, &
       gbg_engine_plan_line, gbg_engine_plan_size, gbg_engine_positions, gbg_engine_real, &
       gbg_engine_run, gbg_engine_save, gbg_engine_set_positions, gbg_engine_size, &
       gbg_engine_species, gbg_engine_write_forces, gbg_ok
@@ -41,6 +41,7 @@ module gamboge_engine
       generic, public :: get_forces => forces_matrix64, forces_separate64, forces_matrix32, &
          forces_separate32
       procedure, public :: force_error => engine_force_error
+      procedure, public :: get_sum => engine_get_sum
       generic, public :: get_species => species_int32, species_int64
       procedure, public :: get_ids => engine_get_ids
       procedure, public :: get_overlapped => engine_get_overlapped
@@ -375,6 +376,28 @@ contains
       call report(self%context, gbg_engine_force_error(self%handle, wanted, rms_over_rms, &
                                                        rms_over_median), stat, errmsg)
    end subroutine engine_force_error
+
+   ! What is known of a sum over all images: relative RMS error asked for, by the parameter model,
+   ! and measured (-1: not yet); how often it was refined to keep to its tolerance.
+   subroutine engine_get_sum(self, force, tolerance, predicted, measured, refined, stat, errmsg)
+      class(gbg_engine_t), intent(in) :: self
+      ! of the scene, from 1
+      integer, intent(in) :: force
+      real(real64), intent(inout), optional :: tolerance, predicted, measured
+      integer, intent(inout), optional :: refined
+      integer, intent(out), optional :: stat
+      character(*), intent(inout), optional :: errmsg
+      real(real64) :: value(3)
+      integer(c_int) :: times, status
+      status = gbg_engine_get_sum(self%handle, force - 1, value(1), value(2), value(3), times)
+      if (status == gbg_ok) then
+         if (present(tolerance)) tolerance = value(1)
+         if (present(predicted)) predicted = value(2)
+         if (present(measured)) measured = value(3)
+         if (present(refined)) refined = times
+      end if
+      call report(self%context, status, stat, errmsg)
+   end subroutine engine_get_sum
 
    ! Species of all particles, from 1.
    subroutine species_int32(self, species, stat, errmsg)

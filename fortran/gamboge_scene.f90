@@ -39,6 +39,7 @@ module gamboge_scene
       generic, public :: add_species => add_fraction64, add_count64, add_count64_int64, &
          add_fraction32, add_count32
       generic, public :: add_force => add_force64, add_force32, add_force_int
+      procedure, public :: set_force => scene_set_force
       procedure, public :: get_size => scene_get_size
       procedure, public :: get_species => scene_get_species
       procedure, public :: get_force => scene_get_force
@@ -310,7 +311,7 @@ module gamboge_scene
       module subroutine add_force64(self, power, sum, cutoff, tolerance, stat, errmsg)
          class(gbg_scene_t), intent(inout) :: self
          real(real64), intent(in) :: power
-         ! 'minimum_image' (the default), 'cutoff' or 'lattice'
+         ! 'lattice' (the default), 'minimum_image' or 'cutoff'
          character(*), intent(in), optional :: sum
          ! with sum 'cutoff' only [length]
          real(real64), intent(in), optional :: cutoff
@@ -337,6 +338,17 @@ module gamboge_scene
          integer, intent(out), optional :: stat
          character(*), intent(inout), optional :: errmsg
       end subroutine add_force_int
+
+      ! Another key of a force that was added, as in scene files: 'split', 'window', 'gradient',
+      ! 'check', 'tolerance', ...
+      module subroutine scene_set_force(self, force, option, value, stat, errmsg)
+         class(gbg_scene_t), intent(inout) :: self
+         ! from 1
+         integer, intent(in) :: force
+         character(*), intent(in) :: option, value
+         integer, intent(out), optional :: stat
+         character(*), intent(inout), optional :: errmsg
+      end subroutine scene_set_force
 
       ! How many species and forces the scene holds.
       module subroutine scene_get_size(self, n_species, n_forces, stat, errmsg)

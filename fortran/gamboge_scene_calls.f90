@@ -5,8 +5,8 @@ submodule(gamboge_scene) gamboge_scene_calls
       gbg_ok, gbg_scene_add_force, gbg_scene_add_particles, gbg_scene_add_species, &
       gbg_scene_check, gbg_scene_create, gbg_scene_destroy, gbg_scene_get_box, &
       gbg_scene_get_force, gbg_scene_get_integer, gbg_scene_get_real, gbg_scene_get_species, &
-      gbg_scene_get_text, gbg_scene_read, gbg_scene_set_box, gbg_scene_set_integer, &
-      gbg_scene_set_real, gbg_scene_set_text, gbg_scene_size
+      gbg_scene_get_text, gbg_scene_read, gbg_scene_set_box, gbg_scene_set_force, &
+      gbg_scene_set_integer, gbg_scene_set_real, gbg_scene_set_text, gbg_scene_size
    use gamboge_context, only: context_of
    use gamboge_layout, only: drop, points, take, take_ids, take_species
    use gamboge_tools, only: buffer_text, c_text, context_handle, context_hold, context_release, &
@@ -251,7 +251,7 @@ contains
    module procedure add_force64
       character(:), allocatable :: kind
       real(real64) :: reach, error
-      kind = 'minimum_image'
+      kind = 'lattice'
       reach = 0
       error = 0
       if (present(sum)) kind = sum
@@ -273,6 +273,11 @@ contains
    module procedure add_force_int
       call self%add_force(real(power, real64), sum, cutoff, tolerance, stat, errmsg)
    end procedure add_force_int
+
+   module procedure scene_set_force
+      call report(self%context, gbg_scene_set_force(self%handle, force - 1, c_text(option), &
+                                                    c_text(value)), stat, errmsg)
+   end procedure scene_set_force
 
    module procedure scene_get_size
       integer(c_int) :: species, forces, status

@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "core/view.h"
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 #include "io/start_file.h"
 
 static int no_engine(const char *call)
@@ -206,6 +207,35 @@ int gbg_engine_force_error(struct gbg_engine *engine, int64_t samples, double *r
         *rms_over_median = median;
     }
     return status;
+}
+
+int gbg_engine_get_sum(const struct gbg_engine *engine, int force, double *tolerance,
+                       double *predicted, double *measured, int *refined)
+{
+    if (!engine) {
+        return no_engine("gbg_engine_get_sum");
+    }
+    if (force < 0 || force >= engine->scene.n_forces) {
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_get_sum: force %d is not one of the %d (counted from 0)", force,
+                        engine->scene.n_forces);
+    }
+    const struct gbg_mesh_sum *sum = gbg_engine_mesh_sum(engine, force);
+    if (!sum) {
+        return gbg_fail(engine->context, GBG_E_ARGUMENT,
+                        "gbg_engine_get_sum: force %d has another sum than lattice", force);
+    }
+    const double value[3] = {sum->tolerance, sum->predicted, sum->measured};
+    double *const output[3] = {tolerance, predicted, measured};
+    for (int i = 0; i < 3; i++) {
+        if (output[i]) {
+            *output[i] = value[i];
+        }
+    }
+    if (refined) {
+        *refined = sum->refined;
+    }
+    return GBG_OK;
 }
 
 int gbg_engine_species(struct gbg_engine *engine, int64_t n, int32_t *species, int base)

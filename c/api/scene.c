@@ -238,8 +238,9 @@ int gbg_scene_add_force(struct gbg_scene *scene, double power, const char *sum, 
     if (!scene) {
         return missing(NULL, __func__, "scene");
     }
-    struct gbg_force force = {.law = GBG_LAW_POWER};
+    struct gbg_force force = {0};
     const struct gbg_option *option;
+    gbg_option_defaults(gbg_force_options, &force);
     int status = gbg_option_find(scene->context, gbg_force_options, "sum", &option);
     if (status == GBG_OK && sum) {
         status = gbg_option_set_text(scene->context, option, &force, sum);
@@ -251,6 +252,30 @@ int gbg_scene_add_force(struct gbg_scene *scene, double power, const char *sum, 
     }
     if (status == GBG_OK) {
         status = gbg_force_add(scene, &force);
+    }
+    return named(scene->context, __func__, status);
+}
+
+int gbg_scene_set_force(struct gbg_scene *scene, int force, const char *option, const char *value)
+{
+    if (!scene || !option || !value) {
+        return missing(scene ? scene->context : NULL, __func__,
+                       !scene   ? "scene"
+                       : option ? "value"
+                                : "option");
+    }
+    if (force < 0 || force >= scene->n_forces) {
+        return gbg_fail(scene->context, GBG_E_ARGUMENT,
+                        "%s: force %d is not one of the %d (counted from 0)", __func__, force,
+                        scene->n_forces);
+    }
+    struct gbg_force changed = scene->force[force];
+    const struct gbg_option *found;
+    int status = gbg_option_find(scene->context, gbg_force_options, option, &found);
+    status = status ? status : gbg_option_parse(scene->context, found, &changed, value);
+    status = status ? status : gbg_force_check(scene, &changed);
+    if (status == GBG_OK) {
+        scene->force[force] = changed;
     }
     return named(scene->context, __func__, status);
 }

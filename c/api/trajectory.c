@@ -77,7 +77,9 @@ static int write_to(struct gbg_engine *engine, const char *path, const char *cal
     if (!engine) {
         return missing(NULL, call, "engine");
     }
-    int status = gbg_engine_look(engine, &view);
+    int status = gbg_engine_check_sums(engine); /* the header says what came of it */
+    int seen = gbg_engine_look(engine, &view);
+    status = status ? status : seen;
     if (status != GBG_OK) {
         return named(view.context, status, call);
     }

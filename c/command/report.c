@@ -66,6 +66,33 @@ static void put_error(FILE *file, const struct gbg_session *session)
     put_real(file, "force_error_over_median", over_median);
 }
 
+/* Of sums over all images, one number a force; null for others. */
+static void put_sums(FILE *file, const struct gbg_session *session)
+{
+    static const char *const names[] = {"force_tolerance", "force_error_predicted",
+                                        "force_error_measured", "force_refined"};
+    int n_forces = 0, sums = 0, refined = 0;
+    double value[3];
+    gbg_scene_size(session->scene, NULL, &n_forces);
+    for (int f = 0; f < n_forces; f++) {
+        sums += gbg_engine_get_sum(session->engine, f, value, NULL, NULL, NULL) == GBG_OK;
+    }
+    for (int k = 0; k < 4 && sums > 0; k++) {
+        put_name(file, names[k]);
+        for (int f = 0; f < n_forces; f++) {
+            int there = gbg_engine_get_sum(session->engine, f, &value[0], &value[1], &value[2],
+                                           &refined) == GBG_OK;
+            fputs(f ? ", " : "[", file);
+            if (!there || (k < 3 && value[k] < 0)) {
+                fputs("null", file);
+            } else {
+                fprintf(file, "%.9g", k < 3 ? value[k] : refined);
+            }
+        }
+        fputs("]", file);
+    }
+}
+
 static void put_speed(FILE *file, const struct gbg_run_report *report)
 {
     struct gbg_engine *engine = report->session->engine;
@@ -105,6 +132,7 @@ static void put_all(FILE *file, const struct gbg_run_report *report)
     put_speed(file, report);
     put_counters(file, report);
     put_error(file, session);
+    put_sums(file, session);
     put_text(file, "backend", backend);
     put_text(file, "instructions", instructions);
     if (session->context->card[0]) {

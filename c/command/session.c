@@ -54,6 +54,26 @@ const char *gbg_session_text(const struct gbg_session *session, const char *opti
     return text;
 }
 
+/* Of sums over all images: what was asked for, and what the check at the start of the run found. */
+static void print_sums(const struct gbg_session *session, int n_forces)
+{
+    for (int f = 0; f < n_forces; f++) {
+        double tolerance, predicted, measured;
+        int refined;
+        if (gbg_engine_get_sum(session->engine, f, &tolerance, &predicted, &measured, &refined) !=
+            GBG_OK) {
+            continue;
+        }
+        printf("forces[%d]      tolerance %.2g, ", f, tolerance);
+        printf(measured >= 0 ? "measured %.2g" : "not measured", measured);
+        printf(", by the model %.2g", predicted);
+        if (refined > 0) {
+            printf(", refined %d time%s", refined, refined > 1 ? "s" : "");
+        }
+        printf("\n");
+    }
+}
+
 void gbg_session_print_error(const struct gbg_session *session)
 {
     int n_forces = 0;
@@ -69,4 +89,5 @@ void gbg_session_print_error(const struct gbg_session *session)
     } else {
         printf("force error    rms(dF)/rms(F) %.2g; most forces are zero\n", over_rms);
     }
+    print_sums(session, n_forces);
 }

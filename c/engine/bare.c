@@ -66,7 +66,8 @@ int gbg_bare_array(struct gbg_bare *bare, void **pointer, const void *from, size
     return status;
 }
 
-static int encode_axis(struct gbg_bare *bare, const struct gbg_points *points, int axis)
+/* Fractions of an axis, high words before low ones, into the transfer buffer. */
+static void encode(struct gbg_bare *bare, const struct gbg_points *points, int axis)
 {
     int64_t n = points->n;
     for (int64_t i = 0; i < n; i++) {
@@ -75,11 +76,31 @@ static int encode_axis(struct gbg_bare *bare, const struct gbg_points *points, i
         bare->words[i] = (uint32_t)(fraction >> 32);
         bare->words[n + i] = (uint32_t)fraction;
     }
+}
+
+static int encode_axis(struct gbg_bare *bare, const struct gbg_points *points, int axis)
+{
+    encode(bare, points, axis);
     int status =
         gbg_bare_array(bare, (void **)&bare->state.high[axis], bare->words, 4, "coordinates");
     return status ? status
-                  : gbg_bare_array(bare, (void **)&bare->state.low[axis], bare->words + n, 4,
-                                   "coordinates");
+                  : gbg_bare_array(bare, (void **)&bare->state.low[axis], bare->words + points->n,
+                                   4, "coordinates");
+}
+
+int gbg_bare_move(struct gbg_bare *bare, const struct gbg_points *points)
+{
+    size_t bytes = (size_t)points->n * 4;
+    int status = GBG_OK;
+    for (int a = 0; status == GBG_OK && a < bare->state.box.dimension; a++) {
+        encode(bare, points, a);
+        status = bare->backend->upload(bare->device, bare->state.high[a], bare->words, bytes);
+        status = status ? status
+                        : bare->backend->upload(bare->device, bare->state.low[a],
+                                                bare->words + points->n, bytes);
+    }
+    bare->state.epoch++;
+    return status;
 }
 
 int gbg_bare_make(struct gbg_context *context, int dimension, const double *lengths,

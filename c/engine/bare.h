@@ -19,6 +19,8 @@ struct gbg_bare {
 /* Box [0, lengths) and coordinates taken modulo it. On failure nothing is left behind. */
 int gbg_bare_make(struct gbg_context *context, int dimension, const double *lengths,
                   const struct gbg_points *points, struct gbg_bare *bare);
+/* Other places for the same number of particles. */
+int gbg_bare_move(struct gbg_bare *bare, const struct gbg_points *points);
 void gbg_bare_free(struct gbg_bare *bare);
 
 /* An array of the backend in `*pointer`, filled from host memory (NULL: zeros). Given back by

@@ -5,6 +5,7 @@
 
 #include "core/memory.h"
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 #include "engine/relax.h"
 
 static int device_array(struct gbg_engine *engine, void *pointer, size_t size, const char *what)
@@ -226,7 +227,7 @@ static int fill_engine(struct gbg_engine *engine, const struct gbg_scene *scene,
         status = make_rank(engine, &scene->arrays, particles);
     }
     if (status == GBG_OK) {
-        if (engine->backend->expect && gbg_engine_is_short_range(engine)) {
+        if (engine->backend->expect && !gbg_engine_has_direct_sums(engine)) {
             engine->backend->expect(engine->device, particles->n);
         }
         status = gbg_engine_plan(engine);
@@ -287,6 +288,7 @@ void gbg_engine_free(struct gbg_engine *engine)
         backend->release(device, state->source);
         engine->kernels->list_destroy(device, engine->pairs);
         engine->kernels->list_destroy(device, engine->contacts);
+        gbg_engine_free_mesh_sums(engine);
         backend->destroy(device);
     }
     gbg_release(engine->rank);

@@ -20,10 +20,11 @@ enum gbg_ordering { GBG_ORDERING_AUTO, GBG_ORDERING_NEVER, GBG_ORDERING_ALWAYS }
 /* A step of the plan: what `gamboge check` prints and what run calls in this order. */
 struct gbg_plan_step {
     const char *kernel;
-    char what[120];
+    char what[160];
     double bytes; /* a particle, of the arrays that only this step needs */
     int (*run)(struct gbg_engine *engine, const struct gbg_plan_step *step);
-    int force; /* index of the scene's force, for force steps */
+    int force;         /* index of the scene's force, for force steps */
+    double mesh_bytes; /* the part of `bytes` that a sum over all images takes */
 };
 
 struct gbg_engine {
@@ -33,8 +34,9 @@ struct gbg_engine {
     const struct gbg_kernels *kernels;
     struct gbg_device *device;
     struct gbg_state state;
-    struct gbg_list *pairs;    /* for cut-off forces */
-    struct gbg_list *contacts; /* for hard cores */
+    struct gbg_list *pairs;          /* for cut-off forces */
+    struct gbg_list *contacts;       /* for hard cores */
+    struct gbg_mesh_sums *mesh_sums; /* sums over all images; NULL: none */
 
     struct gbg_plan_step plan[GBG_STEPS_MAX];
     int n_plan;
@@ -97,8 +99,17 @@ int gbg_engine_measure_error(struct gbg_engine *engine, int64_t samples, double 
 /* Particles put back over all moves that this engine made. */
 double gbg_engine_reverted_fraction(const struct gbg_engine *engine);
 
-/* 1 if no force of the scene is a sum over all pairs. */
+/* 1 if all forces of the scene are cut off. */
 int gbg_engine_is_short_range(const struct gbg_engine *engine);
+/* 1 if a force is summed over all pairs, one by one, in the order of memory. */
+int gbg_engine_has_direct_sums(const struct gbg_engine *engine);
+
+/* 1 if forces of many particles, near and far, add up on one. */
+static inline int gbg_force_is_far(const struct gbg_force *force)
+{
+    return force->sum == GBG_SUM_MINIMUM_IMAGE ||
+           (force->sum == GBG_SUM_LATTICE && force->power < 4.0);
+}
 
 /* Gives the particles a new order in memory if the one they have has decayed; at the start of a
  * step, because forces and the coordinates before the step are void afterwards. */

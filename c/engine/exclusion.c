@@ -43,7 +43,7 @@ static int apply(struct gbg_engine *engine, gbg_corrector kernel, struct gbg_con
 static int is_pressed(const struct gbg_scene *scene)
 {
     for (int f = 0; f < scene->n_forces; f++) {
-        if (scene->force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
+        if (gbg_force_is_far(&scene->force[f])) {
             return 1;
         }
     }

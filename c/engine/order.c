@@ -18,10 +18,20 @@ int gbg_engine_is_short_range(const struct gbg_engine *engine)
     return 1;
 }
 
+int gbg_engine_has_direct_sums(const struct gbg_engine *engine)
+{
+    for (int f = 0; f < engine->scene.n_forces; f++) {
+        if (engine->scene.force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* Direct sums add in the order of memory, so that scenes with one keep it. */
 static int may_arrange(const struct gbg_engine *engine)
 {
-    return gbg_engine_is_short_range(engine) && engine->kernels->arrange &&
+    return !gbg_engine_has_direct_sums(engine) && engine->kernels->arrange &&
            engine->ordering != GBG_ORDERING_NEVER;
 }
 

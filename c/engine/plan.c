@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 #include "engine/steps.h"
 
 static struct gbg_plan_step *add(struct gbg_engine *engine, const char *kernel, double bytes,
@@ -37,7 +38,7 @@ static double rim_pull(const struct gbg_engine *engine, const struct gbg_force *
 {
     int dimension = engine->scene.dimension;
     double shells = pow((double)engine->state.owned, 1.0 / dimension), pull = 0.0;
-    if (force->sum != GBG_SUM_MINIMUM_IMAGE) {
+    if (!gbg_force_is_far(force)) {
         return 1.0;
     }
     for (int k = 1; k <= (int)shells; k++) {
@@ -102,7 +103,7 @@ static double contact_skin(const struct gbg_engine *engine)
     double contact = engine->contact, skin = 0.4 * contact;
     skin += engine->kernels->skin_drifts * drift_at_contact(engine, 0);
     for (int f = 0; f < engine->scene.n_forces; f++) {
-        if (engine->scene.force[f].sum == GBG_SUM_MINIMUM_IMAGE) {
+        if (gbg_force_is_far(&engine->scene.force[f])) {
             skin = 0.8 * contact;
         }
     }
@@ -154,35 +155,53 @@ void gbg_engine_describe_list(const struct gbg_engine *engine, struct gbg_plan_s
              engine->cutoff);
 }
 
+static int plan_direct(struct gbg_engine *engine, int f, double bytes)
+{
+    const struct gbg_kernels *kernels = engine->kernels;
+    const char *const name = engine->strict       ? "direct_strict"
+                             : engine->use_double ? "direct_double"
+                                                  : "direct_mixed";
+    if (!(engine->strict       ? kernels->direct_strict
+          : engine->use_double ? kernels->direct_double
+                               : kernels->direct_mixed)) {
+        return gbg_fail(engine->context, GBG_E_UNBUILT,
+                        "forces[%d]: backend %s has no "
+                        "direct sum",
+                        f, engine->backend->name);
+    }
+    add(engine, name, bytes, gbg_step_direct, "r/r^%g over all pairs, nearest images",
+        engine->scene.force[f].power + 1.0)
+        ->force = f;
+    return GBG_OK;
+}
+
+static int plan_lattice(struct gbg_engine *engine, int f, double bytes)
+{
+    int status = gbg_engine_make_mesh_sum(engine, f);
+    if (status == GBG_OK) {
+        struct gbg_plan_step *step = add(engine, "ewald", bytes, gbg_step_ewald, " ");
+        step->force = f;
+        step->mesh_bytes = gbg_engine_mesh_bytes(engine, f);
+        step->bytes += step->mesh_bytes;
+        gbg_mesh_sum_describe(gbg_engine_mesh_sum(engine, f), sizeof step->what, step->what);
+    }
+    return status;
+}
+
 static int plan_forces(struct gbg_engine *engine)
 {
     const struct gbg_scene *scene = &engine->scene;
-    const struct gbg_kernels *kernels = engine->kernels;
-    double words = 8.0 * scene->dimension;
     int status = plan_cutoff(engine);
     for (int f = 0; status == GBG_OK && f < scene->n_forces; f++) {
         const struct gbg_force *force = &scene->force[f];
-        struct gbg_plan_step *step;
+        double bytes = f == 0 ? 8.0 * scene->dimension : 0.0;
         if (force->sum == GBG_SUM_CUTOFF) {
-            step = add(engine, engine->use_double ? "cutoff_double" : "cutoff_mixed",
-                       f == 0 ? words : 0.0, gbg_step_cutoff, "r/r^%g within %.4g",
-                       force->power + 1.0, force->cutoff);
+            add(engine, engine->use_double ? "cutoff_double" : "cutoff_mixed", bytes,
+                gbg_step_cutoff, "r/r^%g within %.4g", force->power + 1.0, force->cutoff)
+                ->force = f;
         } else {
-            const char *const name = engine->strict       ? "direct_strict"
-                                     : engine->use_double ? "direct_double"
-                                                          : "direct_mixed";
-            if (!(engine->strict       ? kernels->direct_strict
-                  : engine->use_double ? kernels->direct_double
-                                       : kernels->direct_mixed)) {
-                return gbg_fail(engine->context, GBG_E_UNBUILT,
-                                "forces[%d]: backend %s has no "
-                                "direct sum",
-                                f, engine->backend->name);
-            }
-            step = add(engine, name, f == 0 ? words : 0.0, gbg_step_direct,
-                       "r/r^%g over all pairs, nearest images", force->power + 1.0);
+            status = (force->sum == GBG_SUM_LATTICE ? plan_lattice : plan_direct)(engine, f, bytes);
         }
-        step->force = f;
     }
     return status;
 }
@@ -255,6 +274,9 @@ double gbg_engine_bytes(const struct gbg_engine *engine)
     double n = state->owned > 0 ? (double)state->owned : 1.0;
     if (engine->pairs) {
         bytes += engine->kernels->list_bytes(engine->pairs) / n;
+    }
+    for (int f = 0; f < scene->n_forces; f++) {
+        bytes += gbg_engine_mesh_bytes(engine, f);
     }
     bytes += engine->backend->scratch_bytes(engine->device) / n;
     if (engine->contacts) {

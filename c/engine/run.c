@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 #include "engine/steps.h"
 
 static double now(void)
@@ -27,6 +28,30 @@ static void undo(struct gbg_engine *engine)
     engine->forces_current = 0;
 }
 
+static int is_force(const struct gbg_plan_step *step)
+{
+    return step->run == gbg_step_cutoff || step->run == gbg_step_direct ||
+           step->run == gbg_step_ewald;
+}
+
+static int make_forces(struct gbg_engine *engine)
+{
+    int status = GBG_OK;
+    for (int k = 0; status == GBG_OK && k < engine->n_plan; k++) {
+        const struct gbg_plan_step *step = &engine->plan[k];
+        status = is_force(step) ? step->run(engine, step) : GBG_OK;
+    }
+    return status;
+}
+
+/* Between the forces and the move: sums that a measurement has made finer are summed again. */
+static int watch(struct gbg_engine *engine)
+{
+    int measured = 0;
+    int status = gbg_engine_watch_sums(engine, &measured);
+    return status == GBG_OK && measured ? make_forces(engine) : status;
+}
+
 static int make_step(struct gbg_engine *engine)
 {
     int integrated = 0;
@@ -36,8 +61,11 @@ static int make_step(struct gbg_engine *engine)
     }
     for (int k = 0; k < engine->n_plan; k++) {
         const struct gbg_plan_step *step = &engine->plan[k];
-        integrated |= step->run == gbg_step_integrate;
-        status = step->run(engine, step);
+        if (step->run == gbg_step_integrate) {
+            status = watch(engine);
+            integrated = status == GBG_OK;
+        }
+        status = status ? status : step->run(engine, step);
         if (status != GBG_OK) {
             if (integrated) {
                 undo(engine);
@@ -52,8 +80,9 @@ static int make_step(struct gbg_engine *engine)
 
 int gbg_engine_advance(struct gbg_engine *engine, int64_t steps)
 {
+    /* before the clock: it belongs to no step */
+    int status = steps > 0 ? gbg_engine_check_sums(engine) : GBG_OK;
     double began = now();
-    int status = GBG_OK;
     for (int64_t k = 0; k < steps && status == GBG_OK;) {
         int64_t made = 0;
         int more = 0;
@@ -73,10 +102,13 @@ int gbg_engine_evaluate_forces(struct gbg_engine *engine)
     if (engine->forces_current) {
         return GBG_OK;
     }
+    int checked = gbg_engine_check_sums(engine);
+    if (checked != GBG_OK) {
+        return checked;
+    }
     for (int k = 0; k < engine->n_plan; k++) {
         const struct gbg_plan_step *step = &engine->plan[k];
-        if (step->run == gbg_step_pair_list || step->run == gbg_step_cutoff ||
-            step->run == gbg_step_direct) {
+        if (step->run == gbg_step_pair_list || is_force(step)) {
             int status = step->run(engine, step);
             if (status != GBG_OK) {
                 return status;

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 
 int gbg_step_pair_list(struct gbg_engine *engine, const struct gbg_plan_step *step)
 {
@@ -30,6 +31,13 @@ int gbg_step_direct(struct gbg_engine *engine, const struct gbg_plan_step *step)
             : engine->use_double ? kernels->direct_double
                                  : kernels->direct_mixed)(engine->device, &engine->state,
                                                           force->power, step->force > 0);
+}
+
+int gbg_step_ewald(struct gbg_engine *engine, const struct gbg_plan_step *step)
+{
+    return engine->kernels->ewald_force(engine->device, &engine->state,
+                                        gbg_engine_mesh_sum(engine, step->force)->body,
+                                        step->force > 0);
 }
 
 int gbg_step_keep(struct gbg_engine *engine, const struct gbg_plan_step *step)

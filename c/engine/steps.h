@@ -8,6 +8,7 @@ struct gbg_plan_step;
 int gbg_step_pair_list(struct gbg_engine *engine, const struct gbg_plan_step *step);
 int gbg_step_cutoff(struct gbg_engine *engine, const struct gbg_plan_step *step);
 int gbg_step_direct(struct gbg_engine *engine, const struct gbg_plan_step *step);
+int gbg_step_ewald(struct gbg_engine *engine, const struct gbg_plan_step *step);
 int gbg_step_keep(struct gbg_engine *engine, const struct gbg_plan_step *step);
 int gbg_step_integrate(struct gbg_engine *engine, const struct gbg_plan_step *step);
 int gbg_step_contacts(struct gbg_engine *engine, const struct gbg_plan_step *step);

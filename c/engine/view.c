@@ -1,8 +1,11 @@
 /* L2: what side rooms may see. */
 #include "engine/view.h"
 
+#include <math.h>
+
 #include "core/memory.h"
 #include "engine/engine.h"
+#include "engine/mesh_check.h"
 
 /* Species and ids in host memory, made when first asked for: a run without output has none. */
 static int make_lists(struct gbg_engine *engine)
@@ -41,6 +44,16 @@ static int make_lists(struct gbg_engine *engine)
     return status;
 }
 
+static void look_at_sums(const struct gbg_engine *engine, struct gbg_engine_view *view)
+{
+    for (int f = 0; f < engine->scene.n_forces; f++) {
+        const struct gbg_mesh_sum *sum = gbg_engine_mesh_sum(engine, f);
+        view->has_sums |= sum != NULL;
+        view->force_tolerance[f] = sum ? sum->tolerance : (double)NAN;
+        view->force_error[f] = sum && sum->measured >= 0.0 ? sum->measured : (double)NAN;
+    }
+}
+
 int gbg_engine_look(struct gbg_engine *engine, struct gbg_engine_view *view)
 {
     int status = make_lists(engine);
@@ -56,6 +69,7 @@ int gbg_engine_look(struct gbg_engine *engine, struct gbg_engine_view *view)
         .species = engine->species,
         .id = engine->id,
     };
+    look_at_sums(engine, view);
     return status;
 }
 

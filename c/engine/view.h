@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "core/box.h"
+#include "gamboge/scene.h"
 
 struct gbg_engine;
 struct gbg_context;
@@ -21,8 +22,11 @@ struct gbg_engine_view {
     uint64_t step;
     double time;
     int has_images, has_overlap; /* kept by this engine */
-    const int32_t *species;      /* n, in the order of ids, from 0 */
-    const int64_t *id;           /* n, ascending */
+    /* one a force: relative RMS error asked for and measured, NaN where there is none */
+    double force_tolerance[GBG_MAX_FORCES], force_error[GBG_MAX_FORCES];
+    int has_sums;           /* 1: some force has these */
+    const int32_t *species; /* n, in the order of ids, from 0 */
+    const int64_t *id;      /* n, ascending */
 };
 
 /* The view of the present state; valid until the next call that changes the engine. */
@@ -57,5 +61,19 @@ int gbg_engine_copy_forces(struct gbg_engine *engine, double *const *force);
  * engine keeps none), with step and run counters. */
 int gbg_engine_restore(struct gbg_engine *engine, uint64_t step, const uint64_t *const *fraction,
                        const int32_t *const *image);
+
+/* What is known of the sums over all images: it must go on with the state, because a sum that was
+ * refined adds other numbers. */
+struct gbg_sum_state {
+    double contrast, size,
+        measured; /* of the density, RMS force, relative error: at the last check */
+    int32_t force, refined, symmetric, unused;
+};
+/* Measures the sums if this was not done yet. */
+int gbg_engine_check_sums(struct gbg_engine *engine);
+/* Those that were measured: their number; room for one a force. */
+int gbg_engine_copy_sums(const struct gbg_engine *engine, struct gbg_sum_state *states);
+int gbg_engine_restore_sums(struct gbg_engine *engine, int count,
+                            const struct gbg_sum_state *states);
 
 #endif

@@ -2,6 +2,7 @@
 #include "ewald/model.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "gamboge/status.h"
@@ -15,26 +16,33 @@ static const double loosest = 0.1, finest_single = 3e-6;
 static const double most_cells = 4e9;
 
 /* Shares of the error that is asked for: of the split and of the mesh, added as squares. */
-static const double split_share = 0.5, mesh_share = 0.7;
+static const double split_share = 0.6, mesh_share = 0.6;
 
-/* Band for which the split makes that relative force error. Prolate: 1.5 exp(-band), Gaussian:
- * 0.22 exp(-band/2), as measured on jittered lattices (tests/longrange/split.c). */
-static double band_for(int split, double error)
+/* Relative force error of a split, by the trend of gbg_split_error for power 2 in the plane; the
+ * choice is held against the loss of its own plan. */
+static double split_error(int split, double band)
 {
-    double band = split == GBG_SPLIT_PROLATE ? log(1.5 / error) : 2.0 * log(0.22 / error);
-    return fmax(band, 3.0);
+    return split == GBG_SPLIT_PROLATE ? 0.7 * sqrt(band) * exp(-band) : 0.33 * exp(-0.5 * band);
 }
 
-/* Relative force error by the mesh: windows of `width` nodes, a mesh `finer` than the waves need.
- */
+/* Band for which the split makes that error. */
+static double band_for(int split, double error)
+{
+    double band = 4.0;
+    for (int k = 0; k < 8; k++) {
+        double over = log(split_error(split, band) / error);
+        band = fmax(band + (split == GBG_SPLIT_PROLATE ? over : 2.0 * over), 2.0);
+    }
+    return band;
+}
+
+/* Relative force error by windows of `width` nodes on a mesh `finer` than the waves need, by the
+ * trend of gbg_ewald_mesh_loss. */
 static double mesh_error(int window, int gradient, int width, double finer)
 {
-    double nodes = gradient == GBG_GRADIENT_WAVES ? width : width - 1.5;
-    if (window == GBG_EWALD_PROLATE) {
-        return 4.0 * exp(-pi * nodes * (1.0 - 0.5 / finer));
-    }
-    /* the first alias of the shortest waves, by the powers of a B-spline's transform */
-    return 0.5 * pow(1.0 / (2.0 * finer - 1.0), nodes);
+    double nodes = gradient == GBG_GRADIENT_WAVES ? width : width - 1.0;
+    return window == GBG_EWALD_PROLATE ? exp(-1.05 * pi * nodes * (1.0 - 0.5 / finer))
+                                       : 0.1 * pow(2.2 * (2.0 * finer - 1.0), -nodes);
 }
 
 static int width_for(int window, int gradient, double finer, double error)
@@ -103,17 +111,28 @@ static double cost_of(const struct gbg_ewald_wish *wish, const struct gbg_ewald_
            wave * cells / n * (1.0 + back) / 3.0 + node * nodes;
 }
 
+/* No mesh coarser than `finer` times what the waves need, or than its window. */
+static void fit_cells(struct gbg_ewald_choice *choice, double finer)
+{
+    for (int a = 0; a < 3; a++) {
+        double waves = choice->band / choice->reach * choice->length[a] / (2.0 * pi);
+        double least = fmax(2.0 * waves * finer, choice->width);
+        if (a >= choice->dimension) {
+            choice->cells[a] = 1;
+        } else if (choice->cells[a] < least) {
+            choice->cells[a] = gbg_ewald_cells(least);
+        }
+    }
+}
+
 /* Fills in mesh and window for the reach and band of the choice; 0: no window is that good. */
 static int lay_mesh(const struct gbg_ewald_wish *wish, double finer,
                     struct gbg_ewald_choice *choice)
 {
     choice->width =
         width_for(choice->window, choice->gradient, finer, mesh_share * wish->tolerance);
-    for (int a = 0; a < 3; a++) {
-        double waves = choice->band / choice->reach * wish->length[a] / (2.0 * pi);
-        double least = a < choice->dimension ? 2.0 * waves * finer : 0.0;
-        choice->cells[a] = a < choice->dimension ? gbg_ewald_cells(fmax(least, choice->width)) : 1;
-    }
+    memset(choice->cells, 0, sizeof choice->cells);
+    fit_cells(choice, finer);
     return choice->width > 0;
 }
 
@@ -130,11 +149,48 @@ static void begin(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *ch
     choice->band = band_for(choice->split, split_share * wish->tolerance);
 }
 
-static double predict(const struct gbg_ewald_choice *choice, double finer)
+/* Relative force error that a plan is expected to make: its loss over the RMS force in a jittered
+ * lattice (gbg_split_error) of this density. */
+static double relative(const struct gbg_ewald_wish *wish, double loss)
 {
-    double split = choice->split == GBG_SPLIT_PROLATE ? 1.5 * exp(-choice->band)
-                                                      : 0.22 * exp(-0.5 * choice->band);
-    return hypot(split, mesh_error(choice->window, choice->gradient, choice->width, finer));
+    double d = wish->dimension,
+           spacing = pow(within(wish, 1.0) / (d == 2 ? pi : 4.0 / 3.0 * pi), -1.0 / d);
+    double force = 0.93 * pow(1.68, wish->power - 1.0) * pow(spacing, -wish->power);
+    return loss * pow(spacing, -0.5 * d) / force;
+}
+
+/* Makes the choice as good as it was meant to be: a wider band or wider windows, by what its plan
+ * loses. */
+static int settle(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *choice,
+                  double *predicted)
+{
+    enum { TIMES = 12 };
+    struct gbg_ewald_plan *plan = malloc(sizeof *plan);
+    int status = plan ? GBG_OK : GBG_E_MEMORY;
+    *predicted = INFINITY;
+    for (int k = 0; k < TIMES && status == GBG_OK; k++) {
+        status = gbg_ewald_plan_make(choice, plan);
+        if (status != GBG_OK) {
+            break;
+        }
+        *predicted = relative(wish, gbg_ewald_plan_loss(plan));
+        if (*predicted <= wish->tolerance) {
+            break;
+        }
+        double split = relative(wish, gbg_split_loss(&plan->split));
+        if (split > sqrt(0.5) * *predicted) { /* most of the error */
+            double over = fmax(log(split / (split_share * wish->tolerance)), 0.1);
+            choice->band += choice->split == GBG_SPLIT_PROLATE ? over : 2.0 * over;
+            fit_cells(choice, 1.0);
+        } else if (choice->width < GBG_EWALD_WIDEST) {
+            choice->width++;
+            fit_cells(choice, 1.0);
+        } else {
+            break;
+        }
+    }
+    free(plan);
+    return status;
 }
 
 int gbg_ewald_choose(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *choice,
@@ -156,12 +212,16 @@ int gbg_ewald_choose(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice 
             if (price < *cost) {
                 *cost = price;
                 *choice = tried;
-                *predicted = predict(&tried, finer[k]);
             }
         }
         if (wish->reach > 0.0 || within(wish, reach) < 4.0 || cells_of(&tried) > most_cells) {
             break;
         }
     }
-    return *cost < INFINITY ? GBG_OK : GBG_E_ARGUMENT;
+    if (!(*cost < INFINITY)) {
+        return GBG_E_ARGUMENT;
+    }
+    int status = settle(wish, choice, predicted);
+    *cost = cost_of(wish, choice);
+    return status;
 }

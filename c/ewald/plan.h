@@ -43,6 +43,7 @@ struct gbg_ewald_plan {
 /* Checks a choice and makes the tables; GBG_E_ARGUMENT (no message) if it cannot be. With single
  * the near part has the terms that single precision needs. */
 int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_plan *plan);
+#pragma GCC visibility pop
 /* As gbg_split_loss, of split and mesh together: the error of the force that this plan is expected
  * to make, before rounding. */
 double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan);

@@ -159,6 +159,12 @@ static void describe_dynamics(struct definition *make)
     put_text(make, "noise_limit_by", limit_name[scene->limit_by]);
     put_real(make, "noise_limit", scene->noise_limit);
     gbg_netcdf_integer(&make->series, "noise_rescaled", scene->rescale);
+    if (make->view->has_sums) {
+        gbg_netcdf_reals(&make->series, "force_tolerance", scene->n_forces,
+                         make->view->force_tolerance);
+        gbg_netcdf_reals(&make->series, "force_error_measured", scene->n_forces,
+                         make->view->force_error);
+    }
 }
 
 static void put_labels(struct definition *make)

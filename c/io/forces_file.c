@@ -57,6 +57,8 @@ static void describe_force(struct forces *all, int k)
         snprintf(text, sizeof text, "power %.17g, sum %s", force->power, sum_name[force->sum]);
     if (force->sum == GBG_SUM_CUTOFF) {
         snprintf(text + used, sizeof text - (size_t)used, ", cutoff %.17g", force->cutoff);
+    } else if (force->sum == GBG_SUM_LATTICE) {
+        snprintf(text + used, sizeof text - (size_t)used, ", tolerance %.17g", force->tolerance);
     }
     gbg_netcdf_text(&all->series, NC_GLOBAL, name, text);
 }

@@ -91,8 +91,13 @@ static int put_all(struct gbg_restart_stream *stream, struct gbg_engine *engine,
         return status;
     }
     fill_head(&head, view);
+    struct gbg_sum_state sums[GBG_MAX_FORCES] = {0};
+    head.n_sums = gbg_engine_copy_sums(engine, sums);
     gbg_sha256_start(&stream->hash);
     status = put(stream, &head, sizeof head);
+    if (status == GBG_OK && head.n_sums > 0) {
+        status = put(stream, sums, (size_t)head.n_sums * sizeof *sums);
+    }
     if (status == GBG_OK) {
         status = put_state(stream, engine, view, buffer);
     }
@@ -175,6 +180,12 @@ int gbg_restart_load(struct gbg_engine *engine, const struct gbg_engine_view *vi
     int status = gbg_restart_read(view->context, path, &restart);
     if (status == GBG_OK) {
         status = check_engine(&restart, view, path);
+    }
+    if (status == GBG_OK) {
+        status = gbg_engine_restore_sums(engine, restart.n_sums, restart.sum);
+        if (status == GBG_E_FORMAT) {
+            gbg_message_prefix(view->context, "%s", path);
+        }
     }
     if (status == GBG_OK) {
         status =

@@ -4,10 +4,8 @@
 
 #include <stdint.h>
 
+#include "engine/view.h"
 #include "scene/scene.h"
-
-struct gbg_engine;
-struct gbg_engine_view;
 
 /* The first bytes of every restart file: a line end that text transfers would change, as PNG has.
  */
@@ -16,7 +14,8 @@ struct gbg_engine_view;
 struct gbg_restart {
     char digest[65]; /* of the scene */
     int64_t n;
-    int dimension, n_species, has_images;
+    int dimension, n_species, has_images, n_sums;
+    struct gbg_sum_state sum[GBG_MAX_FORCES];
     uint64_t step;
     double time, length[3], origin[3];
     char name[GBG_MAX_SPECIES][GBG_NAME_CAPACITY];

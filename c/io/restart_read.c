@@ -70,10 +70,12 @@ static int check_head(const struct gbg_restart_stream *stream, const struct gbg_
         return damaged(stream, "its version is none that this program knows");
     }
     if ((head->dimension != 2 && head->dimension != 3) || head->n < 0 || head->n_species < 0 ||
-        head->n_species > GBG_MAX_SPECIES || (head->has_images & ~1) || !names_are_closed(head)) {
+        head->n_species > GBG_MAX_SPECIES || (head->has_images & ~1) || head->n_sums < 0 ||
+        head->n_sums > GBG_MAX_FORCES || !names_are_closed(head)) {
         return damaged(stream, "it is damaged: its head holds impossible sizes");
     }
-    int64_t body = size - (int64_t)sizeof *head - GBG_RESTART_HASH_BYTES,
+    int64_t sums = (int64_t)sizeof(struct gbg_sum_state) * head->n_sums;
+    int64_t body = size - (int64_t)sizeof *head - sums - GBG_RESTART_HASH_BYTES,
             each = bytes_a_particle(head);
     if (body < 0 || head->n != body / each || body % each != 0) {
         return damaged(stream, "it is damaged: its length does not fit its number of particles");
@@ -89,6 +91,7 @@ static void take_head(struct gbg_restart *restart, const struct gbg_restart_head
     restart->dimension = head->dimension;
     restart->n_species = head->n_species;
     restart->has_images = head->has_images;
+    restart->n_sums = head->n_sums;
     restart->step = head->step;
     restart->time = head->time;
     memcpy(restart->length, head->length, sizeof restart->length);
@@ -155,6 +158,9 @@ static int get_all(struct gbg_restart_stream *stream, struct gbg_restart *restar
     }
     if (status == GBG_OK) {
         take_head(restart, &head);
+        status = get(stream, restart->sum, restart->n_sums, sizeof *restart->sum);
+    }
+    if (status == GBG_OK) {
         status = get_arrays(stream, restart);
     }
     return status == GBG_OK ? check_hash(stream) : status;

@@ -94,12 +94,8 @@ int gbg_species_add(struct gbg_scene *scene, const struct gbg_species *species)
     return status;
 }
 
-int gbg_force_add(struct gbg_scene *scene, const struct gbg_force *force)
+int gbg_force_check(const struct gbg_scene *scene, const struct gbg_force *force)
 {
-    if (scene->n_forces == GBG_MAX_FORCES) {
-        return gbg_fail(scene->context, GBG_E_ARGUMENT, "force %d given, allowed at most %d",
-                        scene->n_forces + 1, GBG_MAX_FORCES);
-    }
     if (force->sum == GBG_SUM_CUTOFF && !(force->cutoff > 0)) {
         return gbg_fail(scene->context, GBG_E_ARGUMENT,
                         "cutoff: %.10g given, allowed (0, half the shortest box length] with sum "
@@ -110,6 +106,25 @@ int gbg_force_add(struct gbg_scene *scene, const struct gbg_force *force)
         return gbg_fail(scene->context, GBG_E_ARGUMENT,
                         "cutoff: %.10g given, allowed only with sum cutoff", force->cutoff);
     }
-    scene->force[scene->n_forces++] = *force;
+    int settled = force->split | force->window | force->gradient;
+    if (force->sum != GBG_SUM_LATTICE && settled) {
+        return gbg_fail(scene->context, GBG_E_ARGUMENT, "%s given, allowed only with sum lattice",
+                        force->split    ? "split: gaussian"
+                        : force->window ? "window: bspline"
+                                        : "gradient: window");
+    }
     return GBG_OK;
+}
+
+int gbg_force_add(struct gbg_scene *scene, const struct gbg_force *force)
+{
+    if (scene->n_forces == GBG_MAX_FORCES) {
+        return gbg_fail(scene->context, GBG_E_ARGUMENT, "force %d given, allowed at most %d",
+                        scene->n_forces + 1, GBG_MAX_FORCES);
+    }
+    int status = gbg_force_check(scene, force);
+    if (status == GBG_OK) {
+        scene->force[scene->n_forces++] = *force;
+    }
+    return status;
 }

@@ -38,6 +38,12 @@ static void add_force(struct gbg_sha256 *hash, const struct gbg_force *force)
     add_integer(hash, force->sum);
     add_real(hash, force->cutoff);
     add_real(hash, force->tolerance);
+    if (force->sum == GBG_SUM_LATTICE) {
+        add_integer(hash, force->split);
+        add_integer(hash, force->window);
+        add_integer(hash, force->gradient);
+        add_integer(hash, force->check);
+    }
 }
 
 static void add_dynamics(struct gbg_sha256 *hash, const struct gbg_scene *scene)

@@ -54,8 +54,11 @@ static const cyaml_schema_field_t particles_fields[] = {
 };
 
 const cyaml_schema_field_t gbg_file_force_fields[] = {
-    VALUE(gbg_file_force, law),    VALUE(gbg_file_force, power),     VALUE(gbg_file_force, sum),
-    VALUE(gbg_file_force, cutoff), VALUE(gbg_file_force, tolerance), CYAML_FIELD_END,
+    VALUE(gbg_file_force, law),       VALUE(gbg_file_force, power),
+    VALUE(gbg_file_force, sum),       VALUE(gbg_file_force, cutoff),
+    VALUE(gbg_file_force, tolerance), VALUE(gbg_file_force, split),
+    VALUE(gbg_file_force, window),    VALUE(gbg_file_force, gradient),
+    VALUE(gbg_file_force, check),     CYAML_FIELD_END,
 };
 
 static const cyaml_schema_value_t force = {

@@ -33,7 +33,7 @@ struct gbg_file_particles {
 };
 
 struct gbg_file_force {
-    char *law, *power, *sum, *cutoff, *tolerance;
+    char *law, *power, *sum, *cutoff, *tolerance, *split, *window, *gradient, *check;
 };
 
 struct gbg_file_exclusion {

@@ -158,13 +158,26 @@ const struct gbg_option gbg_force_options[] = {
     FORCE("law", GBG_CHOICE, law, "power", "power",
           "force on i: mobility_i sum_k alpha_k r_ik / r^(power+1), r_ik from k to i"),
     FORCE("power", GBG_REAL, power, "required", "(0, 24]", "the force falls as r^-power"),
-    FORCE("sum", GBG_CHOICE, sum, "minimum_image", "minimum_image, cutoff, lattice",
+    FORCE("sum", GBG_CHOICE, sum, "lattice", "minimum_image, cutoff, lattice",
           "over which images: the nearest of each particle, those closer than the cut-off, or all "
-          "(not in this version). In a file a cut-off alone means cutoff"),
+          "(by a mesh, powers 1 to 6 in 2D, 2 in 3D). In a file a cut-off alone means cutoff"),
     FORCE("cutoff", GBG_REAL, cutoff, "0", "[0, 1e100]",
           "with sum cutoff: at most half the shortest box length"),
     FORCE("tolerance", GBG_REAL, tolerance, "0", "[0, 1)",
-          "relative RMS error asked for; 0: the default of the sum"),
+          "relative RMS error asked for; 0: the default of the sum, 1e-4 with sum lattice, which "
+          "takes up to 0.1; the other sums do not read it"),
+    FORCE("split", GBG_CHOICE, split, "prolate", "prolate, gaussian",
+          "with sum lattice: how the law is parted into near pairs and waves: by the prolate "
+          "function, which needs fewest waves, or by Ewald's Gaussian"),
+    FORCE("window", GBG_CHOICE, window, "prolate", "prolate, bspline",
+          "with sum lattice: how a particle is spread over the mesh"),
+    FORCE("gradient", GBG_CHOICE, gradient, "waves", "waves, window",
+          "with sum lattice: where the field comes from: each wave times its wave vector, or the "
+          "slope of the window, with fewer transforms and wider windows"),
+    FORCE("check", GBG_SWITCH, check, "true", "false, true",
+          "with sum lattice: the error is measured on 1000 particles when a run starts and when "
+          "the density contrast has changed twofold, and the mesh refined where it misses the "
+          "tolerance"),
     END};
 
 #define SHAPE_OF_FILE(key, kind, otherwise, allowed, means)                                        \

@@ -16,6 +16,8 @@ void gbg_scene_release(struct gbg_scene *scene);
 int gbg_box_give(struct gbg_scene *scene, const double *length, const double *origin);
 int gbg_species_add(struct gbg_scene *scene, const struct gbg_species *species);
 int gbg_force_add(struct gbg_scene *scene, const struct gbg_force *force);
+/* Keys of a force that exclude each other. */
+int gbg_force_check(const struct gbg_scene *scene, const struct gbg_force *force);
 
 /* A scene file into a fresh scene. */
 int gbg_scene_read_file(struct gbg_context *context, const char *path, struct gbg_scene **scene);

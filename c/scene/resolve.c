@@ -8,6 +8,9 @@
 /* Of a sum of fractions, and of the densest packing. */
 static const double slack = 1e-9;
 
+/* Of sums over all images: the relative RMS error where none is asked for, and the largest. */
+static const double usual_tolerance = 1e-4, loosest = 0.1;
+
 double gbg_densest(int dimension)
 {
     return dimension == 2 ? 0.90689968211710892530 : 0.74048048969306104117;
@@ -285,15 +288,48 @@ static int resolve_exclusion(struct gbg_scene *scene)
     return scene->rule == GBG_RULE_NONE || !box_is_known(scene) ? GBG_OK : check_cores(scene);
 }
 
+static int resolve_forces(struct gbg_scene *scene)
+{
+    for (int f = 0; f < scene->n_forces; f++) {
+        struct gbg_force *force = &scene->force[f];
+        if (force->sum == GBG_SUM_LATTICE && force->tolerance == 0) {
+            force->tolerance = usual_tolerance;
+        }
+    }
+    return GBG_OK;
+}
+
+static int check_lattice(const struct gbg_scene *scene, int f)
+{
+    const struct gbg_force *force = &scene->force[f];
+    double most = scene->dimension == 2 ? 6 : 2, least = scene->dimension == 2 ? 1 : 2;
+    if (!(force->power >= least && force->power <= most)) {
+        return gbg_fail(scene->context, GBG_E_SCENE,
+                        "forces[%d].power: %.10g given, allowed %s with sum lattice in %d "
+                        "dimensions; take sum cutoff or minimum_image",
+                        f, force->power, scene->dimension == 2 ? "1 to 6" : "2", scene->dimension);
+    }
+    if (force->tolerance > loosest) {
+        return gbg_fail(scene->context, GBG_E_SCENE,
+                        "forces[%d].tolerance: %.10g given, allowed (0, 0.1] with sum lattice", f,
+                        force->tolerance);
+    }
+    if (scene->precision == GBG_PRECISION_STRICT) {
+        return gbg_fail(scene->context, GBG_E_SCENE,
+                        "precision.mode: strict given, but forces[%d] has sum lattice, whose bits "
+                        "are those of one processor only; take auto, mixed or double",
+                        f);
+    }
+    return GBG_OK;
+}
+
 static int check_forces(const struct gbg_scene *scene)
 {
     double half = shortest_length(scene) / 2;
     for (int f = 0; f < scene->n_forces; f++) {
-        if (scene->force[f].sum == GBG_SUM_LATTICE) {
-            return gbg_fail(scene->context, GBG_E_SCENE,
-                            "forces[%d].sum: lattice is not in this version; take minimum_image or "
-                            "cutoff",
-                            f);
+        int status = scene->force[f].sum == GBG_SUM_LATTICE ? check_lattice(scene, f) : GBG_OK;
+        if (status != GBG_OK) {
+            return status;
         }
         if (box_is_known(scene) && scene->force[f].cutoff > half) {
             return gbg_fail(scene->context, GBG_E_SCENE,
@@ -347,7 +383,7 @@ static int check_start(const struct gbg_scene *scene)
 int gbg_scene_resolve_known(struct gbg_scene *scene)
 {
     static int (*const steps[])(struct gbg_scene *) = {resolve_counts, resolve_box,
-                                                       resolve_exclusion};
+                                                       resolve_exclusion, resolve_forces};
     static int (*const checks[])(const struct gbg_scene *) = {check_forces, check_dynamics,
                                                               check_start};
     struct gbg_scene resolved = *scene;

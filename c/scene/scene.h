@@ -11,7 +11,7 @@
 enum { GBG_NAME_CAPACITY = 32, GBG_PATH_CAPACITY = 1024 };
 
 enum gbg_law { GBG_LAW_POWER };
-enum gbg_sum { GBG_SUM_MINIMUM_IMAGE, GBG_SUM_CUTOFF, GBG_SUM_LATTICE };
+enum gbg_sum_kind { GBG_SUM_MINIMUM_IMAGE, GBG_SUM_CUTOFF, GBG_SUM_LATTICE };
 enum gbg_rule {
     GBG_RULE_NONE,
     GBG_RULE_AUTO,
@@ -52,10 +52,13 @@ struct gbg_species {
 
 struct gbg_force {
     double power;
-    int sum;          /* enum gbg_sum */
+    int sum;          /* enum gbg_sum_kind */
     double cutoff;    /* 0: none */
     double tolerance; /* relative RMS error asked for; 0: default */
     int law;          /* enum gbg_law */
+    /* sum lattice only: 0 prolate, prolate, waves; 1 the other one */
+    int split, window, gradient;
+    int check; /* 1: its error is measured when a run starts */
 };
 
 /* Coordinates of a start, blocked: position[axis][i]. */

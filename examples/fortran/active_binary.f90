@@ -43,7 +43,7 @@ contains
       call scene%set('particles.count', particles)
       call scene%add_species('A', 1.0_real64, 1.0_real64, 1.0_real64, fraction=0.5_real64)
       call scene%add_species('B', 1.0_real64, -1.0_real64, -2.0_real64, fraction=0.5_real64)
-      call scene%add_force(2.0_real64)
+      call scene%add_force(2.0_real64, 'minimum_image')
       call scene%set('box.packing', 0.52_real64)
       call scene%set('particles.start.lattice', 'triangular')
       call scene%set('particles.start.jitter', 0.5_real64)

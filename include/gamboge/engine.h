@@ -37,10 +37,17 @@ GBG_API int gbg_engine_set_positions(struct gbg_engine *engine, int64_t n, const
 /* Forces on all particles at the present positions, in the order in which they were added. */
 GBG_API int gbg_engine_forces(struct gbg_engine *engine, int64_t n, double *x, double *y, double *z,
                               ptrdiff_t step);
-/* Measured error of those forces on `samples` particles against a double-precision direct sum:
- * RMS(dF)/RMS(F) and RMS(dF)/median|F|. samples <= 0: 1000. */
+/* Measured error of those forces on `samples` particles: RMS(dF)/RMS(F) and RMS(dF)/median|F|,
+ * against direct sums in double precision, of sums over all images against one without a mesh.
+ * samples <= 0: 1000. */
 GBG_API int gbg_engine_force_error(struct gbg_engine *engine, int64_t samples, double *rms_over_rms,
                                    double *rms_over_median);
+/* The sum over all images of force `force` of the scene (from 0): relative RMS error asked for, by
+ * the parameter model, and as it was measured on 1000 particles when the run started or the density
+ * contrast had changed since (-1: not yet, or the force has check false); how often it was refined
+ * to keep to its tolerance. Any output may be NULL. GBG_E_ARGUMENT for another kind of sum. */
+GBG_API int gbg_engine_get_sum(const struct gbg_engine *engine, int force, double *tolerance,
+                               double *predicted, double *measured, int *refined);
 /* Species counted from base (0 or 1) and permanent ids, same order. */
 GBG_API int gbg_engine_species(struct gbg_engine *engine, int64_t n, int32_t *species, int base);
 GBG_API int gbg_engine_ids(struct gbg_engine *engine, int64_t n, int64_t *ids);

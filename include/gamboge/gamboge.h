@@ -9,6 +9,7 @@
 #include "neighbours.h"
 #include "scene.h"
 #include "status.h"
+#include "sum.h"
 #include "trajectory.h"
 #include "version.h"
 

@@ -53,10 +53,14 @@ GBG_API int gbg_scene_add_species(struct gbg_scene *scene, const char *name, dou
                                   int *species);
 
 /* Adds a pair force F_i = mobility_i sum_k alpha_k r_ik/|r_ik|^(power+1). sum: "minimum_image",
- * "cutoff" or "lattice"; cutoff: only with sum "cutoff", else 0. tolerance: relative RMS error
- * asked for, 0 for the default. */
+ * "cutoff" or "lattice" (also NULL); cutoff: only with sum "cutoff", else 0. tolerance: relative RMS
+ * error asked for, 0 for the default. */
 GBG_API int gbg_scene_add_force(struct gbg_scene *scene, double power, const char *sum,
                                 double cutoff, double tolerance);
+/* Another key of a force that was added (from 0), by the names of docs/scene_reference.md: "split",
+ * "window", "gradient", "check", "tolerance", ...; value as in a scene file. */
+GBG_API int gbg_scene_set_force(struct gbg_scene *scene, int force, const char *option,
+                                const char *value);
 
 /* What the scene holds: number of species and forces, and each of them (indices from 0). Any output
  * may be NULL. count: particles of the species, -1 while it is not known (gbg_scene_check settles

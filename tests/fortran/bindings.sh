@@ -1,12 +1,12 @@
 #!/bin/sh
-# Does module gamboge_c (with the part that has its own file) say what the C headers say? Compares
+# Does module gamboge_c (with the parts that have their own files) say what the C headers say? Compares
 # every GBG_API function (name, result, names and kinds of arguments) and the value of every public
 # constant; a module has to offer each.
 # bindings.sh HEADER_DIR GENERATED_HEADER_DIR MODULE_DIR CC FC: exit status 1 and a list of
 # differences when they differ.
 set -eu
 export LC_ALL=C
-headers=$1 generated=$2 module=$3/gamboge_c.f90 parts=$3/gamboge_c_neighbours.f90
+headers=$1 generated=$2 module=$3/gamboge_c.f90 parts="$3/gamboge_c_neighbours.f90 $3/gamboge_c_sums.f90"
 constants=$3/gamboge_constants.f90 cc=$4 fc=$5
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)
@@ -14,7 +14,7 @@ trap 'rm -rf "$work"' EXIT
 bad=0
 
 awk -f "$here/signatures_c.awk" "$headers"/*.h | sort > "$work/c.txt"
-awk -f "$here/signatures_fortran.awk" "$module" "$parts" | sort > "$work/fortran.txt"
+awk -f "$here/signatures_fortran.awk" "$module" $parts | sort > "$work/fortran.txt"
 [ -s "$work/c.txt" ] || { echo "bindings: no GBG_API function found in $headers"; exit 1; }
 # An array that may be NULL is a type(c_ptr) in Fortran ("any*"): it stands for any C pointer.
 awk -v file="$module" '
@@ -41,7 +41,7 @@ awk -v file="$module" '
     }' "$work/fortran.txt" "$work/c.txt" || bad=1
 
 # A function that no object offers reaches nobody.
-modules=$(ls "$3"/gamboge_*.f90 | grep -v -e /gamboge_c.f90 -e /gamboge_c_neighbours.f90 -e /gamboge_constants.f90)
+modules=$(ls "$3"/gamboge_*.f90 | grep -v -e /gamboge_c.f90 -e /gamboge_c_neighbours.f90 -e /gamboge_c_sums.f90 -e /gamboge_constants.f90)
 for name in $(cut -d ' ' -f 1 "$work/c.txt"); do
     grep -qw "$name" $modules || { echo "bindings: $name is used by no module in $3"; bad=1; }
 done
@@ -65,7 +65,7 @@ awk -f "$here/constants.awk" "$headers"/*.h | sort -u > "$work/constants.txt"
 } > "$work/constants.f90"
 $cc -I"$headers/.." -I"$generated" -I"$generated/gamboge" "$work/constants.c" -o "$work/constants_c"
 "$work/constants_c" > "$work/values_c.txt"
-if $fc -J"$work" "$constants" "$parts" "$module" "$work/constants.f90" -o "$work/constants_f" \
+if $fc -J"$work" "$constants" $parts "$module" "$work/constants.f90" -o "$work/constants_f" \
     2> "$work/fc.log"
 then
     "$work/constants_f" > "$work/values_f.txt"

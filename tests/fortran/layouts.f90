@@ -24,7 +24,7 @@ contains
       call scene%set_box([(edge, i=1, dimension)])
       call scene%add_species('A', 0.1_real64, 1.0_real64, 1.0_real64)
       call scene%add_species('B', 0.1_real64, 1.0_real64, -1.0_real64)
-      call scene%add_force(2)
+      call scene%add_force(2, 'minimum_image')
       call scene%set('dynamics.dt', 0.001_real64)
    end subroutine start
 

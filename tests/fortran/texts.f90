@@ -77,7 +77,7 @@ program texts
    call scene%get_size(n_species, n_forces)
    call check(n_species == 2 .and. n_forces == 2, 'numbers of species and forces')
    call scene%get_force(1, sum=text)
-   call check_text(text, 'minimum_image', 'default sum')
+   call check_text(text, 'lattice', 'default sum')
    call scene%get_force(2, power=r64, sum=text, cutoff=cutoff)
    call check_text(text, 'cutoff', 'sum')
    call check_close(cutoff, 1.5_real64, 0.0_real64, 'cutoff')

@@ -238,8 +238,65 @@ static void contradictions_are_named(void **state)
     assert_int_equal(gbg_scene_check(scene), GBG_OK);
     assert_int_equal(gbg_scene_add_force(scene, 6, "cutoff", 5.001, 0), GBG_OK);
     expect(gbg_scene_check(scene), GBG_E_SCENE, "forces[1].cutoff: 5.001 given, allowed at most");
-    scene->force[1] = (struct gbg_force){.power = 2, .sum = GBG_SUM_LATTICE};
-    expect(gbg_scene_check(scene), GBG_E_SCENE, "forces[1].sum: lattice is not in this version");
+    gbg_scene_destroy(&scene);
+}
+
+/* What a sum over all images takes. */
+static void lattice_sums_have_their_ranges(void **state)
+{
+    (void)state;
+    struct gbg_scene *scene = small_scene(), resolved;
+    char before[65], after[65];
+    assert_int_equal(gbg_scene_add_force(scene, 2, NULL, 0, 0), GBG_OK);
+    assert_int_equal(scene->force[0].sum, GBG_SUM_LATTICE);
+    resolved = *scene;
+    assert_int_equal(gbg_scene_resolve(&resolved), GBG_OK);
+    assert_true(resolved.force[0].tolerance == 1e-4 && resolved.force[0].check == 1);
+    gbg_scene_digest(&resolved, before);
+    assert_int_equal(gbg_scene_set_force(scene, 0, "split", "gaussian"), GBG_OK);
+    resolved = *scene;
+    assert_int_equal(gbg_scene_resolve(&resolved), GBG_OK);
+    gbg_scene_digest(&resolved, after);
+    assert_string_not_equal(before, after);
+    expect(gbg_scene_set_force(scene, 0, "sum", "minimum_image"), GBG_E_ARGUMENT,
+           "split: gaussian given, allowed only with sum lattice");
+    expect(gbg_scene_set_force(scene, 0, "split", "round"), GBG_E_NAME,
+           "allowed prolate, gaussian");
+    expect(gbg_scene_set_force(scene, 0, "splitt", "gaussian"), GBG_E_NAME, "nearest is \"split\"");
+    expect(gbg_scene_set_force(scene, 1, "split", "gaussian"), GBG_E_ARGUMENT,
+           "force 1 is not one of the 1");
+    assert_int_equal(gbg_scene_set_force(scene, 0, "tolerance", "0.1"), GBG_OK);
+    assert_int_equal(gbg_scene_check(scene), GBG_OK);
+    assert_int_equal(gbg_scene_set_force(scene, 0, "tolerance", "0.11"), GBG_OK);
+    expect(gbg_scene_check(scene), GBG_E_SCENE,
+           "forces[0].tolerance: 0.11 given, allowed (0, 0.1] with sum lattice");
+    gbg_scene_set_force(scene, 0, "tolerance", "1e-4");
+    gbg_scene_set_force(scene, 0, "power", "6.5");
+    expect(gbg_scene_check(scene), GBG_E_SCENE, "forces[0].power: 6.5 given, allowed 1 to 6");
+    gbg_scene_set_force(scene, 0, "power", "0.5");
+    expect(gbg_scene_check(scene), GBG_E_SCENE, "forces[0].power: 0.5 given, allowed 1 to 6");
+    gbg_scene_set_force(scene, 0, "power", "2");
+    gbg_scene_set_text(scene, "precision.mode", "strict");
+    expect(gbg_scene_check(scene), GBG_E_SCENE, "strict given, but forces[0] has sum lattice");
+    gbg_scene_set_text(scene, "precision.mode", "double");
+    assert_int_equal(gbg_scene_check(scene), GBG_OK);
+    gbg_scene_destroy(&scene);
+}
+
+/* In space Coulomb's law alone. */
+static void lattice_sums_in_space_have_one_power(void **state)
+{
+    (void)state;
+    struct gbg_scene *scene;
+    gbg_scene_create(context, 3, &scene);
+    gbg_scene_set_box(scene, (double[]){20, 20, 20}, NULL);
+    gbg_scene_add_species(scene, NULL, 1, 1, 1, -1, 8, NULL);
+    gbg_scene_set_text(scene, "particles.start.lattice", "cubic");
+    gbg_scene_add_force(scene, 3, "lattice", 0, 0);
+    expect(gbg_scene_check(scene), GBG_E_SCENE,
+           "forces[0].power: 3 given, allowed 2 with sum lattice in 3 dimensions");
+    gbg_scene_set_force(scene, 0, "power", "2");
+    assert_int_equal(gbg_scene_check(scene), GBG_OK);
     gbg_scene_destroy(&scene);
 }
 
@@ -481,6 +538,8 @@ int main(void)
         cmocka_unit_test(the_table_agrees_with_itself),
         cmocka_unit_test(wrong_parts_are_refused),
         cmocka_unit_test(contradictions_are_named),
+        cmocka_unit_test(lattice_sums_have_their_ranges),
+        cmocka_unit_test(lattice_sums_in_space_have_one_power),
         cmocka_unit_test(what_is_missing_is_named),
         cmocka_unit_test(fractions_become_counts),
         cmocka_unit_test(resolving_twice_changes_nothing),

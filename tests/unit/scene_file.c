@@ -109,6 +109,7 @@ static void every_key_arrives(void **state)
     assert_true(s->force[0].power == 2 && s->force[0].tolerance == 1e-4);
     assert_int_equal(s->force[0].sum, GBG_SUM_MINIMUM_IMAGE);
     assert_int_equal(s->force[1].sum, GBG_SUM_CUTOFF);
+    assert_int_equal(s->force[1].check, 1);
     assert_true(s->force[1].cutoff == 2.5);
     assert_int_equal(s->rule, GBG_RULE_CONTACT);
     assert_int_equal(s->neighbours, GBG_NEIGHBOURS_GRID);
@@ -245,7 +246,13 @@ static void bad_lines_are_named(void **state)
         {16, "  - {power: 0}", GBG_E_ARGUMENT, 16, "forces[0].power: 0 given, allowed (0, 24]"},
         {16, "  - {law: power}", GBG_E_SCENE, 16, "forces[0]: power is missing"},
         {16, "  - {law: morse, power: 2}", GBG_E_NAME, 16, "forces[0].law: \"morse\" given"},
-        {16, "  - {power: 2, sum: lattice}", GBG_E_SCENE, 16, "lattice is not in this version"},
+        {16, "  - {power: 7}", GBG_E_SCENE, 16, "forces[0].power: 7 given, allowed 1 to 6"},
+        {16, "  - {power: 2, sum: lattice, tolerance: 0.2}", GBG_E_SCENE, 16,
+         "forces[0].tolerance: 0.2 given, allowed (0, 0.1]"},
+        {16, "  - {power: 2, sum: lattice, gradient: none}", GBG_E_NAME, 16,
+         "forces[0].gradient: \"none\" given, allowed waves, window"},
+        {16, "  - {power: 2, sum: minimum_image, window: bspline}", GBG_E_ARGUMENT, 16,
+         "window: bspline given, allowed only with sum lattice"},
         {17, "  - {power: 6, cutoff: 30.5}", GBG_E_SCENE, 17,
          "at most half the shortest box length"},
         {17, "  - {power: 6, sum: cutoff}", GBG_E_ARGUMENT, 17, "cutoff: 0 given"},
