@@ -1,6 +1,10 @@
 /* L1, CUDA: sums over all images by a mesh: their memory, and the order of their parts. */
 #include "cuda/ewald_kernels.h"
 
+extern "C" {
+#include "ewald/influence.h"
+}
+
 static size_t number_size(const struct gbg_ewald_choice *choice)
 {
     return choice->single ? sizeof(float) : sizeof(double);
@@ -105,6 +109,18 @@ int gbg_cuda_ewald_create(struct gbg_device *device, const struct gbg_state *sta
     return GBG_OK;
 }
 
+/* The mean of all potentials, in units of the reach. */
+static int find_mean(struct gbg_device *device, const struct gbg_ewald *sum, double *mean)
+{
+    const struct gbg_ewald_choice *choice = &sum->plan.choice;
+    int status = gbg_cuda_ewald_total(device, sum, mean);
+    *mean *= gbg_ewald_near_integral(&sum->plan) * pow(choice->reach, choice->power - 1.0);
+    for (int a = 0; a < choice->dimension; a++) {
+        *mean /= choice->length[a];
+    }
+    return status;
+}
+
 /* Both parts, near and far, of what is asked for. */
 static int run(struct gbg_device *device, const struct gbg_state *state, struct gbg_ewald *sum,
                struct gbg_cuda_ewald_output *output)
@@ -118,7 +134,10 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     if (status != GBG_OK || sum->n == 0) {
         return status;
     }
-    status = gbg_cuda_ewald_spread(device, sum);
+    if (output->potential) {
+        status = find_mean(device, sum, &output->mean);
+    }
+    status = status ? status : gbg_cuda_ewald_spread(device, sum);
     status = status ? status : gbg_cuda_fft_run(device, &sum->fft, GBG_CUDA_FORWARD, sum->mesh);
     status = status ? status : gbg_cuda_ewald_multiply(device, sum, by_waves);
     if (status == GBG_OK && by_waves) {

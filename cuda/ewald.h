@@ -48,7 +48,7 @@ struct gbg_cuda_ewald_cells {
 struct gbg_cuda_ewald_output {
     int add;
     double unit;       /* reach^-power (potential: ^(1-power)) times the largest |alpha| */
-    double self;       /* potential: of a source at its own place */
+    double self, mean; /* potential: far part of a source at its own place, mean of all */
     double *potential; /* NULL: forces */
 };
 

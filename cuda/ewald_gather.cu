@@ -20,20 +20,20 @@ template <> struct pair_of<double> {
 struct targets {
     int64_t owned;
     const uint8_t *species;
-    double *force[3];
+    double *force[3]; /* or the potential alone */
     double mobility[GBG_SPECIES_MAX];
 };
 
 template <int D, typename Real> struct gather_job {
     int64_t n;
-    int32_t mesh[3], shift[3];
+    int32_t mesh[3], shift[3], add;
     Real slope[3]; /* of the field, from that in z and in units of the reach */
     const gbg_cuda_ewald_record<D, Real> *record;
     const int32_t *index;
     const uint32_t *top;
     const Real *near_field, *node;
     const typename pair_of<Real>::type *wide;
-    struct gbg_cuda_ewald_output output;
+    double unit, self, mean; /* gbg_cuda_ewald_output */
     struct targets to;
     gbg_cuda_ewald_window<D, Real> window;
 };
@@ -130,22 +130,21 @@ add_layers(const gather_job<D, Real> &job, layers<D, Real, W, from> &layers, con
     }
 }
 
-template <int D, typename Real>
+template <int D, typename Real, int from>
 static __device__ __forceinline__ void write(const gather_job<D, Real> &job, int64_t slot,
                                              int64_t i, Real source, const Real sum[3])
 {
-    double unit = job.output.unit;
-    if (job.output.potential) {
+    if (from == POTENTIAL) {
         double both = (double)sum[0] + (double)job.near_field[slot];
-        job.output.potential[i] = unit * (both - job.output.self * (double)source);
+        job.to.force[0][i] = job.unit * (both - job.mean - job.self * (double)source);
         return;
     }
     double mobility = job.to.mobility[job.to.species ? job.to.species[i] : 0];
     for (int a = 0; a < D; a++) {
         double far = (double)sum[a] * (double)job.slope[a];
-        double force = mobility * unit * (far + (double)job.near_field[slot * D + a]);
+        double force = mobility * job.unit * (far + (double)job.near_field[slot * D + a]);
         double *target = &job.to.force[a][i];
-        *target = job.output.add ? *target + force : force;
+        *target = job.add ? *target + force : force;
     }
 }
 
@@ -184,7 +183,7 @@ __launch_bounds__(GBG_CUDA_THREADS) void gather(const __grid_constant__ gather_j
     } else {
         add_layers<D, Real, W, from, false>(job, layers, first, weight, slope, sum);
     }
-    write(job, slot, i, record.source, sum);
+    write<D, Real, from>(job, slot, i, record.source, sum);
 }
 
 template <int D, typename Real, int W>
@@ -217,9 +216,13 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     job.near_field = (const Real *)sum->near_field;
     job.node = (const Real *)sum->mesh;
     job.wide = (const typename pair_of<Real>::type *)sum->wide;
-    job.output = *output;
+    job.add = output->add;
+    job.unit = output->unit;
+    job.self = output->self;
+    job.mean = output->mean;
     job.to = {state->owned, state->species, {}, {}};
     memcpy(job.to.force, state->force, sizeof job.to.force);
+    job.to.force[0] = output->potential ? output->potential : state->force[0];
     memcpy(job.to.mobility, state->mobility, sizeof job.to.mobility);
     for (int a = 0; a < D; a++) {
         job.mesh[a] = choice->cells[a];

@@ -7,6 +7,8 @@
 /* Particles into the order of cells (ewald_order.cu). */
 int gbg_cuda_ewald_sort(struct gbg_device *device, const struct gbg_state *state,
                         struct gbg_ewald *sum);
+/* Sum of all sources, over the largest |alpha|, in a fixed order; waits for it. */
+int gbg_cuda_ewald_total(struct gbg_device *device, const struct gbg_ewald *sum, double *all);
 /* Sources onto the mesh, each node once: it need not be cleared (ewald_spread.cu). */
 int gbg_cuda_ewald_spread(struct gbg_device *device, struct gbg_ewald *sum);
 /* Influence of all waves, once (ewald_wave.cu). */

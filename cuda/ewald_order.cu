@@ -256,3 +256,53 @@ int gbg_cuda_ewald_sort(struct gbg_device *device, const struct gbg_state *state
            : single ? sort<3, float>(device, state, sum)
                     : sort<3, double>(device, state, sum);
 }
+
+enum { TOTAL_BLOCKS = 64, TOTAL_THREADS = 256 };
+
+/* Sources in a fixed order: each thread's, then those of a block, one after the other. */
+template <int D, typename Real>
+static __global__ void total(const gbg_cuda_ewald_record<D, Real> *record, int64_t n,
+                             double *block_total)
+{
+    __shared__ double part[TOTAL_THREADS];
+    double sum = 0.0;
+    for (int64_t k = gbg_cuda_index(); k < n; k += TOTAL_BLOCKS * TOTAL_THREADS) {
+        sum += (double)record[k].source;
+    }
+    part[threadIdx.x] = sum;
+    __syncthreads();
+    if (threadIdx.x == 0) {
+        for (int k = 1; k < TOTAL_THREADS; k++) {
+            sum += part[k];
+        }
+        block_total[blockIdx.x] = sum;
+    }
+}
+
+template <int D, typename Real>
+static void start_total(struct gbg_device *device, const struct gbg_ewald *sum, double *parts)
+{
+    total<<<TOTAL_BLOCKS, TOTAL_THREADS, 0, device->stream>>>(
+        (const gbg_cuda_ewald_record<D, Real> *)sum->record, sum->n, parts);
+}
+
+int gbg_cuda_ewald_total(struct gbg_device *device, const struct gbg_ewald *sum, double *all)
+{
+    int d = sum->plan.choice.dimension, single = sum->plan.choice.single;
+    double part[TOTAL_BLOCKS];
+    void *there;
+    int status = gbg_cuda_workspace(device, sizeof part, &there);
+    if (status != GBG_OK) {
+        return status;
+    }
+    (d == 2   ? single ? start_total<2, float> : start_total<2, double>
+       : single ? start_total<3, float>
+              : start_total<3, double>)(device, sum, (double *)there);
+    status = gbg_cuda_started(device, "sum of all sources");
+    status = status ? status : gbg_cuda_fetch(device, part, there, sizeof part);
+    *all = 0.0;
+    for (int k = 0; k < TOTAL_BLOCKS && status == GBG_OK; k++) {
+        *all += part[k];
+    }
+    return status;
+}

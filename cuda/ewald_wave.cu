@@ -8,22 +8,8 @@ extern "C" {
 namespace
 {
 
-enum { THREADS = 128, ROWS = 65535 };
-
-struct axis {
-    const double *square, *power, *slope;
-};
-
-/* Influence in units of the reach, so that no choice of units overflows a float. */
-struct fill_job {
-    struct gbg_far far;
-    struct axis axis[3];
-    int dimension, by_waves;
-    int32_t cells[3];
-    double wave[3]; /* of n = 1 */
-    double scale;   /* reach^(power-1) over the volume */
-    int64_t row_numbers, rows;
-};
+/* PART: numbers of influence that the host fills at a time. */
+enum { THREADS = 128, ROWS = 65535, PART = 1 << 22 };
 
 template <typename Real> struct pair_of {
     typedef float2 type;
@@ -43,125 +29,91 @@ template <typename Real> struct multiply_job {
 
 } // namespace
 
-template <typename Real>
-static __global__ void fill(const __grid_constant__ struct fill_job job, Real *influence)
-{
-    int32_t n0 = (int32_t)gbg_cuda_index();
-    if (n0 >= job.row_numbers) {
-        return;
-    }
-    for (int64_t row = blockIdx.y; row < job.rows; row += gridDim.y) {
-        int64_t half = job.cells[1] / 2 + 1;
-        int32_t n[3] = {n0, (int32_t)(row % half), (int32_t)(row / half)};
-        double square[3] = {1, 1, 1}, power[3] = {1, 1, 1}, slope[3] = {0, 0, 0}, squared = 0;
-        bool last = false;
-        for (int a = 0; a < job.dimension; a++) {
-            double k = job.wave[a] * n[a];
-            squared += k * k;
-            square[a] = job.axis[a].square[n[a]];
-            power[a] = job.axis[a].power[n[a]];
-            slope[a] = job.axis[a].slope[n[a]];
-            last = last || 2 * n[a] == job.cells[a];
-        }
-        double far = last || !(squared > 0) ? 0 : gbg_far_at(&job.far, sqrt(squared));
-        influence[row * job.row_numbers + n0] =
-            far == 0 ? (Real)0
-                     : (Real)(far * job.scale *
-                              gbg_ewald_both_ways(job.by_waves, squared, square, power, slope));
-    }
-}
-
-/* Arrays of one axis at `to`, of cells/2 + 1 numbers each; *used counts their bytes. */
-static int copy_axis(struct gbg_device *device, const struct gbg_ewald_plan *plan, int a,
-                     double *host, void *base, size_t *used, struct axis *axis)
-{
-    int64_t count = plan->choice.cells[a] / 2 + 1;
-    struct gbg_ewald_axis filled = {host, host + count, host + 2 * count};
-    gbg_ewald_fill_axis(plan, a, &filled);
-    double *there = (double *)gbg_cuda_take(base, used, 3 * count, sizeof *there);
-    *axis = {there, there + count, there + 2 * count};
-    cudaError_t error = cudaMemcpyAsync(there, host, (size_t)(3 * count) * sizeof *there,
-                                        cudaMemcpyHostToDevice, device->stream);
-    error = error ? error : cudaStreamSynchronize(device->stream); /* host is used again */
-    return gbg_cuda_status(device, error, "copying windows of waves");
-}
-
-/* Tables of the far part and of all axes on the device. */
-static int copy_tables(struct gbg_device *device, const struct gbg_ewald_plan *plan, double *host,
-                       struct fill_job *job)
-{
-    size_t bytes = 0, used = 0;
-    void *base;
-    const int64_t terms = GBG_FAR_OCTAVES * GBG_FAR_PANELS * GBG_FAR_TERMS;
-    gbg_cuda_take(NULL, &bytes, terms, sizeof(double));
-    for (int a = 0; a < plan->choice.dimension; a++) {
-        gbg_cuda_take(NULL, &bytes, 3 * ((int64_t)plan->choice.cells[a] / 2 + 1), sizeof(double));
-    }
-    int status = gbg_cuda_workspace(device, bytes, &base);
-    if (status == GBG_OK) {
-        void *table = gbg_cuda_take(base, &used, terms, sizeof(double));
-        job->far = gbg_far_of(&plan->split);
-        status =
-            gbg_cuda_status(device,
-                            cudaMemcpyAsync(table, job->far.table, (size_t)terms * sizeof(double),
-                                            cudaMemcpyHostToDevice, device->stream),
-                            "copying the far part");
-        job->far.table = (const double *)table;
-    }
-    for (int a = 0; status == GBG_OK && a < plan->choice.dimension; a++) {
-        status = copy_axis(device, plan, a, host, base, &used, &job->axis[a]);
-    }
-    return status;
-}
-
 static dim3 blocks_of(int64_t row_numbers, int64_t rows)
 {
     return dim3(gbg_cuda_blocks(row_numbers, THREADS), (unsigned)(rows < ROWS ? rows : ROWS));
 }
 
-static struct fill_job make_fill(const struct gbg_ewald_plan *plan)
+/* In units of the reach, so that no choice of units overflows a float. */
+template <typename Real>
+static __global__ void convert(const double *from, int64_t count, double factor, Real *to)
 {
-    const struct gbg_ewald_choice *choice = &plan->choice;
-    struct fill_job job = {};
-    job.dimension = choice->dimension;
-    job.by_waves = choice->gradient == GBG_GRADIENT_WAVES;
-    job.scale = pow(choice->reach, choice->power - 1.0);
-    job.row_numbers = choice->cells[0] / 2 + 1;
-    job.rows = 1;
-    for (int a = 0; a < choice->dimension; a++) {
-        job.cells[a] = choice->cells[a];
-        job.wave[a] = 2.0 * 3.14159265358979323846 / choice->length[a];
-        job.scale /= choice->length[a];
-        job.rows *= a > 0 ? choice->cells[a] / 2 + 1 : 1;
+    int64_t k = gbg_cuda_index();
+    if (k < count) {
+        to[k] = (Real)(from[k] * factor);
     }
-    return job;
+}
+
+/* Numbers of the influence from `first` on, by way of the workspace. */
+static int put(struct gbg_device *device, struct gbg_ewald *sum, const double *host, int64_t first,
+               int64_t count)
+{
+    const struct gbg_ewald_choice *choice = &sum->plan.choice;
+    double factor = pow(choice->reach, choice->power - 1.0);
+    void *there;
+    int status = gbg_cuda_workspace(device, (size_t)count * sizeof *host, &there);
+    if (status != GBG_OK) {
+        return status;
+    }
+    cudaError_t error = cudaMemcpyAsync(there, host, (size_t)count * sizeof *host,
+                                        cudaMemcpyHostToDevice, device->stream);
+    error = error ? error : cudaStreamSynchronize(device->stream); /* host is filled again */
+    status = gbg_cuda_status(device, error, "copying the influence of waves");
+    if (status == GBG_OK) {
+        const double *from = (const double *)there;
+        unsigned blocks = gbg_cuda_blocks(count);
+        if (choice->single) {
+            convert<<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(
+                from, count, factor, (float *)sum->influence + first);
+        } else {
+            convert<<<blocks, GBG_CUDA_THREADS, 0, device->stream>>>(
+                from, count, factor, (double *)sum->influence + first);
+        }
+        status = gbg_cuda_started(device, "influence of waves");
+    }
+    return status;
+}
+
+/* Factors of all axes, in memory of the host behind each other. */
+static int fill_axes(struct gbg_device *device, const struct gbg_ewald_plan *plan, void **memory,
+                     struct gbg_ewald_axis axis[3])
+{
+    int64_t numbers = 0, waves[3];
+    for (int a = 0; a < plan->choice.dimension; a++) {
+        waves[a] = plan->choice.cells[a] / 2 + 1;
+        numbers += 3 * waves[a];
+    }
+    int status = gbg_allocate(device->context, memory, numbers, sizeof(double), "factors of waves");
+    double *next = (double *)*memory;
+    for (int a = 0; status == GBG_OK && a < plan->choice.dimension; a++) {
+        axis[a] = {next, next + waves[a], next + 2 * waves[a]};
+        next += 3 * waves[a];
+        gbg_ewald_fill_axis(plan, a, &axis[a]);
+    }
+    return status;
 }
 
 int gbg_cuda_ewald_fill(struct gbg_device *device, struct gbg_ewald *sum)
 {
     const struct gbg_ewald_choice *choice = &sum->plan.choice;
-    struct fill_job job = make_fill(&sum->plan);
-    int64_t longest = 0;
-    void *host;
-    for (int a = 0; a < choice->dimension; a++) {
-        longest = choice->cells[a] > longest ? choice->cells[a] : longest;
+    struct gbg_ewald_axis axis[3] = {};
+    void *factors = NULL, *part = NULL;
+    int threads = device->context->threads > 0 ? device->context->threads : 1;
+    int64_t waves = choice->cells[0] / 2 + 1, rows = choice->cells[1] / 2 + 1;
+    rows *= choice->dimension == 3 ? choice->cells[2] / 2 + 1 : 1;
+    int64_t most = PART / waves > 1 ? PART / waves : 1;
+    most = most < rows ? most : rows;
+    int status = fill_axes(device, &sum->plan, &factors, axis);
+    status = status ? status
+                    : gbg_allocate(device->context, &part, most * waves, sizeof(double),
+                                   "influence of waves");
+    for (int64_t first = 0; first < rows && status == GBG_OK; first += most) {
+        int64_t count = rows - first < most ? rows - first : most;
+        gbg_ewald_fill_rows(&sum->plan, axis, threads, first, count, (double *)part);
+        status = put(device, sum, (const double *)part, first * waves, count * waves);
     }
-    int status = gbg_allocate(device->context, &host, 3 * (longest / 2 + 1), sizeof(double),
-                              "windows of waves");
-    if (status != GBG_OK) {
-        return status;
-    }
-    status = copy_tables(device, &sum->plan, (double *)host, &job);
-    if (status == GBG_OK) {
-        dim3 blocks = blocks_of(job.row_numbers, job.rows);
-        if (choice->single) {
-            fill<<<blocks, THREADS, 0, device->stream>>>(job, (float *)sum->influence);
-        } else {
-            fill<<<blocks, THREADS, 0, device->stream>>>(job, (double *)sum->influence);
-        }
-        status = gbg_cuda_started(device, "influence of waves");
-    }
-    gbg_release(host);
+    gbg_release(factors);
+    gbg_release(part);
     return status;
 }
 

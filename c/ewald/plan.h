@@ -47,7 +47,6 @@ int gbg_ewald_plan_make(const struct gbg_ewald_choice *choice, struct gbg_ewald_
 /* As gbg_split_loss, of split and mesh together: the error of the force that this plan is expected
  * to make, before rounding. */
 double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan);
-#pragma GCC visibility pop
 /* The next number of cells that a transform is fast for: even, factors 2, 3, 5, 7 only; 0 beyond
  * 2^30. */
 int32_t gbg_ewald_cells(double least);
