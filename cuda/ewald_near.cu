@@ -73,6 +73,8 @@ template <int whole, int terms> struct force_law {
     }
 };
 
+/* The same for potentials. Of a coincident pair the singular law is left out, as with a particle
+ * and itself: what remains takes the far part's away. */
 struct potential_law {
     template <int D, typename Real>
     static __device__ __forceinline__ Real of(const near_job<D, Real> &job, Real q)
@@ -81,7 +83,8 @@ struct potential_law {
         for (int k = job.degree; k >= 0; k--) {
             sum = fma(sum, z, job.coefficient[k]);
         }
-        return (s > 0 ? pow(q, (Real)-0.5 * s) / s : (Real)-0.5 * log(q)) - sum;
+        Real law = s > 0 ? pow(q, (Real)-0.5 * s) / s : (Real)-0.5 * log(q);
+        return (q > 0 ? law : (Real)0) - sum;
     }
 };
 
@@ -189,7 +192,8 @@ __launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near
             q = fma(r[a], r[a], q);
         }
         Real f = Law::of(job, q) * other.source;
-        f = q < 1 && q > 0 ? f : (Real)0;
+        bool counts = q < 1 && (O == 1 ? k != slot : q > 0);
+        f = counts ? f : (Real)0;
         for (int a = 0; a < O; a++) {
             sum[a] = O == 1 ? sum[a] + f : fma(f, r[a], sum[a]);
         }

@@ -208,23 +208,36 @@ static void free_particles(struct particles *p)
     particles_free(p);
 }
 
+/* Largest force and potential of the smooth part of one source: where the sums themselves are next
+ * to nothing, as for a few particles, parts of this size cancel. */
+static void far_sizes(const struct gbg_ewald_plan *plan, double scale[2])
+{
+    const struct gbg_split *split = &plan->split;
+    double power = split->power, most = 0.0;
+    for (int m = 1; m <= 64; m++) {
+        double u = m / 64.0, z = 2.0 * u * u - 1.0, sum = 0.0;
+        for (int k = split->degree; k >= 0; k--) {
+            sum = sum * z + split->near[k];
+        }
+        most = fmax(most, fabs(u * sum));
+    }
+    scale[0] = most * pow(split->reach, -power);
+    scale[1] = power == 1.0 ? 1.0 : fabs(split->self);
+}
+
 /* Errors of forces and potentials on the same particles, and the bound. */
 static void compare(const struct particles *p, const struct gbg_ewald_plan *plan, const char *name,
                     double worst[2])
 {
     const struct gbg_ewald_choice *choice = &plan->choice;
     struct result r[2];
-    double volume = 1.0, n = (double)(p->state.owned > 0 ? p->state.owned : 1);
-    for (int a = 0; a < choice->dimension; a++) {
-        volume *= choice->length[a];
-    }
-    double spacing = pow(volume / n, 1.0 / choice->dimension);
+    double scale[2];
+    far_sizes(plan, scale);
     for (int b = 0; b < 2; b++) {
         r[b] = results_of(&side[b], plan, p, 0);
     }
-    double error[2] = {
-        distance(r[1].force, r[0].force, r[0].n * r[0].dimension, pow(spacing, -choice->power)),
-        distance(r[1].potential, r[0].potential, r[0].n, pow(spacing, 1.0 - choice->power))};
+    double error[2] = {distance(r[1].force, r[0].force, r[0].n * r[0].dimension, scale[0]),
+                       distance(r[1].potential, r[0].potential, r[0].n, scale[1])};
     for (int k = 0; k < 2; k++) {
         if (!(error[k] < bound[choice->single])) {
             print_message("%s, %dD, %lld particles, power %.1f, gradient %d: %s off by %.2e\n",
@@ -295,14 +308,15 @@ static void places_on_nodes_and_edges_agree(void **state)
         struct particles p = particles_of(&s, 1);
         struct gbg_ewald_plan plan = plan_of(recipe, &s, 2.0, k % 2);
         for (int64_t i = 0; i < s.n; i++) {
+            uint64_t place = (uint64_t)i * 7; /* of a lattice twice as fine as the mesh */
             for (int a = 0; a < box->dimension; a++) {
-                uint64_t cells = (uint64_t)plan.choice.cells[a];
-                uint64_t half = UINT64_MAX / cells / 2 + 1,
-                         at = i % 7 ? half * ((uint64_t)i * 131 % (2 * cells)) : 0;
                 static const int64_t beside[4] = {0, -1, 1, -(INT64_C(1) << 33)};
+                uint64_t lines = 2 * (uint64_t)plan.choice.cells[a];
+                uint64_t at = (UINT64_MAX / lines + 1) * (place % lines);
                 at += (uint64_t)beside[(i / 4 + a) % 4];
                 p.state.high[a][i] = (uint32_t)(at >> 32);
                 p.state.low[a][i] = (uint32_t)at;
+                place /= lines;
             }
         }
         compare(&p, &plan, "on nodes and edges", worst[recipe->single]);
