@@ -31,6 +31,15 @@ int gbg_cuda_direct_targets(struct gbg_device *device, struct gbg_state *state, 
 /* Design 0 (tiles in shared memory) or 1 (warp shuffle) of Carter (2016), for the benchmark. */
 int gbg_cuda_direct_published(struct gbg_device *device, struct gbg_state *state, double power,
                               int design);
+/* Sums over all images by a mesh. */
+int gbg_cuda_ewald_create(struct gbg_device *device, const struct gbg_state *state,
+                          const struct gbg_ewald_plan *plan, int hurry, struct gbg_ewald **sum);
+void gbg_cuda_ewald_destroy(struct gbg_device *device, struct gbg_ewald *sum);
+int gbg_cuda_ewald_force(struct gbg_device *device, struct gbg_state *state, struct gbg_ewald *sum,
+                         int add);
+int gbg_cuda_ewald_potential(struct gbg_device *device, struct gbg_state *state,
+                             struct gbg_ewald *sum, double *potential);
+double gbg_cuda_ewald_bytes(const struct gbg_ewald *sum);
 /* The two mixed sums: every target by itself; every pair once for both (power 1 .. 6). */
 int gbg_cuda_direct_simple(struct gbg_device *device, struct gbg_state *state, double power,
                            int add);

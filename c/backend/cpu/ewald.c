@@ -7,7 +7,7 @@
 #include "backend/cpu/cpu.h"
 #include "backend/cpu/ewald_blocks.h"
 #include "core/memory.h"
-#include "ewald/series.h"
+#include "ewald/influence.h"
 
 /* PATCH_BYTES: what a patch should not exceed, so that it stays in the cache of its core. */
 enum { THICKNESS = 16, PATCH_BYTES = 1 << 19 };
@@ -304,37 +304,6 @@ int gbg_ewald_force(struct gbg_device *device, struct gbg_state *state, struct g
     return GBG_OK;
 }
 
-/* Integral over the volume of one source's near potential r^-s/s (power 1: -log r) less its smooth
- * part. Where the power law itself has none, it is what is left when a power of a small radius (s =
- * dimension: its logarithm, with the edge of a cube of the box's volume) is taken off. */
-static double integral_of_near(const struct gbg_ewald_plan *plan)
-{
-    enum { NODES = 64 };
-    const struct gbg_split *split = &plan->split;
-    double node[NODES], weight[NODES], smooth = 0.0, volume = 1.0, law;
-    double d = split->dimension, s = split->power - 1.0, reach = split->reach;
-    gbg_legendre_rule(NODES, node, weight);
-    for (int i = 0; i < NODES; i++) {
-        double u = 0.5 + 0.5 * node[i], z = 2.0 * u * u - 1.0, value = 0.0;
-        for (int k = split->degree; k >= 0; k--) {
-            value = value * z + split->potential[k];
-        }
-        smooth += 0.5 * weight[i] * value * pow(u, d - 1.0);
-    }
-    for (int a = 0; a < split->dimension; a++) {
-        volume *= plan->choice.length[a];
-    }
-    if (s == 0.0) {
-        law = 1.0 / (d * d);
-    } else if (s == d) {
-        law = (log(reach) - log(volume) / d) / s;
-    } else {
-        law = 1.0 / (s * (d - s));
-    }
-    double sphere = split->dimension == 2 ? 6.283185307179586477 : 12.566370614359172954;
-    return sphere * pow(reach, d - s) * (law - smooth);
-}
-
 /* What a source adds everywhere, so that the mean over the box vanishes, and what the mesh adds at
  * a source's own place: in units of the largest |alpha|. */
 static double mean_of_near(const struct gbg_ewald *sum)
@@ -347,7 +316,7 @@ static double mean_of_near(const struct gbg_ewald *sum)
     for (int a = 0; a < sum->plan.choice.dimension; a++) {
         volume *= sum->plan.choice.length[a];
     }
-    return total * integral_of_near(&sum->plan) / volume;
+    return total * gbg_ewald_near_integral(&sum->plan) / volume;
 }
 
 int gbg_ewald_potential(struct gbg_device *device, struct gbg_state *state, struct gbg_ewald *sum,
