@@ -10,8 +10,8 @@
 struct NEAR(strip) {
     WORD x[3][GBG_NEAR_STRIP + GBG_NEAR_SPARE];
     REAL source[GBG_NEAR_STRIP + GBG_NEAR_SPARE];
-    int32_t start[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS_MAX + 1]; /* of columns */
-    int32_t own[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS_MAX];       /* of the row itself in them */
+    int32_t start[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS + 1]; /* of columns */
+    int32_t own[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS];       /* of the row itself in them */
     int32_t used;
 };
 
