@@ -147,6 +147,7 @@ void gbg_reference_table_make(const struct gbg_reference_law *law, int potential
                               int64_t first, gbg_reference_panel *table)
 {
     enum { N = GBG_REFERENCE_TERMS, EACH = 1 << GBG_REFERENCE_PANEL_BITS };
+    (void)threads; /* without OpenMP */
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
     for (int64_t p = first; p < GBG_REFERENCE_PANELS; p++) {
         double value[N];
