@@ -1,7 +1,9 @@
 /* Tests of allocations that fail: every one of them in turn, with a status and without a leak (the
  * sanitizer preset sees leaks). */
 #include "core/memory.h"
+#include "fft/fft.h"
 #include "gamboge/kernels.h"
+#include "gamboge/sum.h"
 #include "made_scene.h"
 
 static struct made_particles made;
@@ -62,6 +64,56 @@ static int call_kernels(struct gbg_context *context)
                                     f[0], f[1], NULL, 1);
 }
 
+static struct gbg_scene far_reaching(struct gbg_context *context)
+{
+    struct gbg_scene scene = active(context);
+    scene.species[0].count = scene.species[1].count = 50;
+    scene.force[1] =
+        (struct gbg_force){.power = 2.0, .sum = GBG_SUM_LATTICE, .tolerance = 1e-4, .check = 1};
+    return scene;
+}
+
+static int make_sum_and_read(struct gbg_context *context)
+{
+    struct gbg_scene scene = far_reaching(context);
+    struct gbg_engine *engine = NULL;
+    double x[100], y[100];
+    int status = gbg_engine_make(&scene, &made.p, &engine);
+    status = status ? status : gbg_engine_forces(engine, 100, x, y, NULL, 1);
+    status = status ? status : gbg_engine_force_error(engine, 10, NULL, NULL);
+    gbg_engine_free(engine);
+    return status;
+}
+
+static int call_sum(struct gbg_context *context)
+{
+    static const double box[2] = {14.0, 13.0};
+    double x[3] = {1.0, 1.5, 9.0}, y[3] = {1.0, 1.2, 4.0}, f[2][3], one[3] = {1, 1, 1};
+    struct gbg_sum *sum = NULL;
+    int status = gbg_sum_create(context, 2, box, 2.0, "lattice", 1e-3, 3, &sum);
+    status = status ? status : gbg_sum_set_option(sum, "hurry", "true");
+    status = status ? status : gbg_sum_set_sources(sum, one);
+    status = status ? status : gbg_sum_set_positions(sum, x, y, NULL, 1);
+    status = status ? status : gbg_sum_run(sum);
+    status = status ? status : gbg_sum_get_forces(sum, one, f[0], f[1], NULL, 1);
+    status = status ? status : gbg_sum_get_potential(sum, f[0]);
+    status = status ? status : gbg_sum_get_error(sum, 0, NULL, NULL);
+    gbg_sum_destroy(&sum);
+    return status;
+}
+
+static void sums(void **state)
+{
+    (void)state;
+    const char *why;
+    struct gbg_context *context = made_context("cpu:threads=2");
+    if (gbg_fft_find(&why)) {
+        fail_each(context, make_sum_and_read);
+        fail_each(context, call_sum);
+    }
+    gbg_context_destroy(&context);
+}
+
 static void engines(void **state)
 {
     (void)state;
@@ -95,11 +147,34 @@ static void running_allocates_nothing(void **state)
     gbg_context_destroy(&context);
 }
 
+/* Nor does a sum by a mesh, but for measuring its error, which steps before the 16th do not. */
+static void sums_allocate_nothing(void **state)
+{
+    (void)state;
+    const char *why;
+    struct gbg_context *context = made_context("cpu:threads=2");
+    if (gbg_fft_find(&why)) {
+        struct gbg_scene scene = far_reaching(context);
+        struct gbg_engine *engine = made_engine(&scene, &made);
+        assert_int_equal(gbg_engine_check_sums(engine), GBG_OK);
+        gbg_memory_fail_after(1);
+        int status = gbg_engine_advance(engine, 15);
+        gbg_memory_fail_after(0);
+        if (status != GBG_OK) {
+            fail_msg("%s", gbg_message(context));
+        }
+        gbg_engine_free(engine);
+    }
+    gbg_context_destroy(&context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(engines),
         cmocka_unit_test(kernels),
+        cmocka_unit_test(sums),
+        cmocka_unit_test(sums_allocate_nothing),
         cmocka_unit_test(running_allocates_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
