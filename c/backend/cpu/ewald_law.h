@@ -7,15 +7,16 @@
 
 /* u^-((power+1)/2) + minus for a whole power from 1 to 6 and normal u > 0. Single precision: the
  * usual integer seed and minimax polynomials of our own in what it leaves, relative error of the
- * first term 1e-7 (power 1), 2e-8, 4e-8, 1e-7, 1.3e-7, 2e-7 (power 6) before rounding. */
+ * first term 8e-9 (power 1), 2e-8, 4e-8, 1e-7, 1e-8, 1e-8 (power 6) before rounding. */
 GBG_VECTOR vf gbg_ewald_weight(vf u, vf minus, int power)
 {
     vf t, e, y = gbg_law_seed(u, &t, &e), p = t, base = t;
     switch (power) {
     case 1:
-        p = gbg_law_next(vf_set(0x1.00886cp+0f), e, 0x1.017f58p+0f);
-        p = gbg_law_next(p, e, 0x1.00006ap+0f);
-        p = gbg_law_next(p, e, 0x1.ffff1cp-1f);
+        p = gbg_law_next(vf_set(0x1.00a3bep+0f), e, 0x1.01cc2cp+0f);
+        p = gbg_law_next(p, e, 0x1.000094p+0f);
+        p = gbg_law_next(p, e, 0x1.fffe64p-1f);
+        p = gbg_law_next(p, e, 0x1p+0f);
         p = gbg_law_next(p, e, 0x1p+0f);
         break;
     case 2:
@@ -43,19 +44,21 @@ GBG_VECTOR vf gbg_ewald_weight(vf u, vf minus, int power)
         base = vf_mul(vf_mul(t, t), y);
         break;
     case 5:
-        p = gbg_law_next(vf_set(0x1.50385ep+4f), e, 0x1.e647eap+3f);
-        p = gbg_law_next(p, e, 0x1.400694p+3f);
-        p = gbg_law_next(p, e, 0x1.7ffa68p+2f);
-        p = gbg_law_next(p, e, 0x1.7ffff6p+1f);
-        p = gbg_law_next(p, e, 0x1.000002p+0f);
+        p = gbg_law_next(vf_set(0x1.c07fb2p+4f), e, 0x1.54b67cp+4f);
+        p = gbg_law_next(p, e, 0x1.e00a7cp+3f);
+        p = gbg_law_next(p, e, 0x1.3ffa66p+3f);
+        p = gbg_law_next(p, e, 0x1.7ffff4p+2f);
+        p = gbg_law_next(p, e, 0x1.800004p+1f);
+        p = gbg_law_next(p, e, 0x1p+0f);
         base = vf_mul(vf_mul(t, t), t);
         break;
     default:
-        p = gbg_law_next(vf_set(0x1.198702p+5f), e, 0x1.7cf67p+4f);
-        p = gbg_law_next(p, e, 0x1.ce0dbcp+3f);
-        p = gbg_law_next(p, e, 0x1.f7f61p+2f);
-        p = gbg_law_next(p, e, 0x1.bfffecp+1f);
-        p = gbg_law_next(p, e, 0x1.000002p+0f);
+        p = gbg_law_next(vf_set(0x1.8f071p+5f), e, 0x1.1df504p+5f);
+        p = gbg_law_next(p, e, 0x1.776b8p+4f);
+        p = gbg_law_next(p, e, 0x1.cdf57ep+3f);
+        p = gbg_law_next(p, e, 0x1.f7ffe6p+2f);
+        p = gbg_law_next(p, e, 0x1.c00006p+1f);
+        p = gbg_law_next(p, e, 0x1p+0f);
         base = vf_mul(vf_mul(vf_mul(t, t), t), y);
     }
     return vf_fma(base, p, minus);

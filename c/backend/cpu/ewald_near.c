@@ -113,7 +113,7 @@ static void mend_pair(const struct gbg_near_sum *sum, int64_t i, int64_t k)
 {
     const struct gbg_box *box = &sum->state->box;
     uint64_t own[3], other[3];
-    double r[3], squared = 0.0, minus = sum->minus[sum->degree];
+    double r[3], squared = 0.0, smooth = sum->near[sum->degree];
     words_of(sum, i, own);
     words_of(sum, k, other);
     for (int a = 0; a < sum->dimension; a++) {
@@ -124,11 +124,12 @@ static void mend_pair(const struct gbg_near_sum *sum, int64_t i, int64_t k)
         return;
     }
     for (int d = sum->degree - 1; d >= 0; d--) {
-        minus = minus * (2.0 * squared - 1.0) + sum->minus[d];
+        smooth = smooth * (2.0 * squared - 1.0) + sum->near[d];
     }
-    double weight = pow(squared, sum->exponent) + minus;
+    double weight = pow(squared, sum->exponent) - smooth;
+    weight *= pow(sum->length, 2.0 * sum->exponent + 1.0) * (double)sum->order->source[k];
     for (int a = 0; a < sum->dimension; a++) {
-        sum->order->field[a][i] += sum->scale * (double)sum->order->source[k] * (weight * r[a]);
+        sum->order->field[a][i] += weight * r[a];
     }
 }
 
@@ -325,20 +326,27 @@ static void run_double(const struct gbg_near_sum *sum, int scaled, int threads)
 /* Returns 1 if the axes have different units. */
 static int choose_units(const struct gbg_ewald_choice *choice, struct gbg_near_sum *sum)
 {
-    double unit[3] = {0.0, 0.0, 0.0}, coarsest = 0.0;
+    double word[3] = {0.0, 0.0, 0.0}, coarsest = 0.0;
     int scaled = 0;
     for (int a = 0; a < choice->dimension; a++) {
-        unit[a] = choice->single ? ldexp(choice->length[a], -32 - sum->order->shift[a])
+        word[a] = choice->single ? ldexp(choice->length[a], -32 - sum->order->shift[a])
                                  : ldexp(choice->length[a], -64);
-        coarsest = fmax(coarsest, unit[a]);
+        coarsest = fmax(coarsest, word[a]);
     }
     for (int a = 0; a < choice->dimension; a++) {
-        sum->ratio[a] = unit[a] / coarsest;
+        sum->ratio[a] = word[a] / coarsest;
         scaled |= sum->ratio[a] != 1.0;
     }
-    sum->reach = choice->reach / coarsest;
-    sum->scale = pow(choice->reach, -choice->power);
-    sum->factor = sum->scale / sum->reach;
+    double words = choice->reach / coarsest, unit = exp2(floor(log2(words)));
+    double reach = words / unit;
+    sum->limit = words * words;
+    sum->inverse = 1.0 / (unit * unit);
+    sum->slope = 2.0 / (reach * reach);
+    sum->factor = pow(choice->reach / reach, -choice->power) / unit;
+    for (int d = 0; d <= sum->degree; d++) {
+        sum->minus[d] = -pow(reach, -choice->power - 1.0) * sum->near[d];
+        sum->single[d] = (float)sum->minus[d];
+    }
     return scaled;
 }
 
@@ -357,8 +365,7 @@ void GBG_ISA_NAME(gbg_ewald_near)(struct gbg_device *device, const struct gbg_st
     int whole = gbg_whole_power(choice->power);
     sum.power = whole <= 6 ? whole : 0;
     for (int d = 0; d <= split->degree; d++) {
-        sum.minus[d] = -split->near[d];
-        sum.single[d] = (float)sum.minus[d];
+        sum.near[d] = split->near[d];
     }
     sum.uniform = ewald->order.uniform;
     int scaled = choose_units(choice, &sum);

@@ -28,12 +28,13 @@ enum {
 };
 
 /* Pairs closer than so many units of their words are summed in double precision (relative error
- * of the others from their words below 2e-7 a power). */
-#define GBG_NEAR_FINEST 0x1p21
+ * of the others from their words below 1e-7 a power). */
+#define GBG_NEAR_FINEST 0x1p23
 
 #define GBG_ALWAYS static inline __attribute__((always_inline))
 
-/* One sum. Lengths of pairs are in units of the coarsest axis's words. */
+/* One sum. Differences are in words of the coarsest axis, squared distances in the law in units of
+ * the largest power of two of them that the reach is not below, so that nothing is rounded. */
 struct gbg_near_sum {
     const struct gbg_state *state;
     const struct gbg_ewald_order *order;
@@ -41,12 +42,16 @@ struct gbg_near_sum {
     int dimension, power; /* power 0: not a whole one */
     double exponent;      /* -(power + 1)/2 */
     int degree;
-    double minus[GBG_SPLIT_DEGREE + 1]; /* coefficients of the polynomial in z */
+    double near[GBG_SPLIT_DEGREE + 1];  /* coefficients of the polynomial in z, in reaches */
+    double minus[GBG_SPLIT_DEGREE + 1]; /* the same in units, the other sign */
     float single[GBG_SPLIT_DEGREE + 1];
-    double ratio[3];      /* units of an axis over the coarsest */
-    double length, reach; /* the reach, and in units */
-    double finest;        /* square of GBG_NEAR_FINEST */
-    double scale, factor; /* from sums in reaches and in units to fields */
+    double ratio[3]; /* words of an axis over the coarsest */
+    double length;   /* the reach */
+    double limit;    /* its square in words */
+    double inverse;  /* 1/unit^2 in words */
+    double slope;    /* z = slope u - 1 */
+    double finest;   /* square of GBG_NEAR_FINEST */
+    double factor;   /* from sums to fields */
 };
 
 /* Pairs `at`.. of a batch: those of particle k (sorted) with the candidates from number `from` on

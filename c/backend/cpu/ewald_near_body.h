@@ -90,8 +90,8 @@ GBG_ALWAYS int NEAR(keep)(struct NEAR(work) * work, const WORD own[3], int64_t p
 GBG_ALWAYS int NEAR(evaluate_law)(const struct gbg_near_sum *sum, struct NEAR(batch) * batch,
                                   int dimension, int power)
 {
-    const VECTOR inverse = V(set)((REAL)(1.0 / (sum->reach * sum->reach)));
-    const VECTOR finest = V(set)((REAL)FINEST), one = V(set)(1), two = V(set)(2);
+    const VECTOR inverse = V(set)((REAL)sum->inverse), slope = V(set)((REAL)sum->slope);
+    const VECTOR finest = V(set)((REAL)FINEST), less = V(set)(-1);
     const REAL *minus = COEFFICIENTS(sum);
     int nearer = 0, degree = sum->degree;
     for (int k = 0; k < batch->used; k += GBG_NEAR_BLOCK * LANES) {
@@ -104,7 +104,7 @@ GBG_ALWAYS int NEAR(evaluate_law)(const struct gbg_near_sum *sum, struct NEAR(ba
                 squared[v] = a == 0 ? V(mul)(r, r) : V(fma)(r, r, squared[v]);
             }
             u[v] = V(mul)(squared[v], inverse);
-            z[v] = V(fma)(two, u[v], V(sub)(V(set)(0), one));
+            z[v] = V(fma)(slope, u[v], less);
             p[v] = V(set)(minus[degree]);
         }
         for (int d = degree - 1; d >= 0; d--) {
@@ -338,7 +338,7 @@ static void NEAR(start)(struct NEAR(work) * work, const struct gbg_near_sum *sum
 {
     work->sum = sum;
     work->evaluate = evaluate;
-    work->limit = (REAL)(sum->reach * sum->reach);
+    work->limit = (REAL)sum->limit;
     work->uniform = sum->uniform;
     work->batch.segments = work->batch.used = work->batch.selves = 0;
     for (int k = 0; sum->uniform && k < GBG_NEAR_BATCH + GBG_NEAR_SPARE; k++) {
