@@ -8,7 +8,7 @@
 #include "gamboge/status.h"
 
 /* Waves along an axis, aliases on each side. */
-enum { NODES = 24, ALIASES = 3 };
+enum { NODES = 32, ALIASES = 3 };
 
 /* Of one axis at each node: the wave, the transforms of window and slope there, and sums of the
  * squares of their aliases'. */
@@ -16,20 +16,38 @@ struct axis {
     double weight[NODES], wave[NODES], here[NODES], alias[NODES], slope[NODES], slope_alias[NODES];
 };
 
+/* The aliases beyond those that are added one by one: what is left of a prolate window there comes
+ * from the step at its ends, and of its slope from that slope's step. */
+static void add_tails(const struct gbg_ewald_window *window, double f, double *value, double *slope)
+{
+    if (window->kind != GBG_EWALD_PROLATE) {
+        return;
+    }
+    const double pi = (double)GBG_PI_LONG;
+    double sum = 1 / (ALIASES + 0.5 + f) + 1 / (ALIASES + 0.5 - f), phase = pi * f * window->width;
+    double steep = gbg_prolate_slope(&window->profile, 1) * 2 / window->width;
+    double one = window->step * sin(phase) / pi, other = steep * cos(phase) / (2 * pi * pi);
+    *value += one * one * sum;
+    *slope += other * other * sum;
+}
+
+/* Nodes lie closer near no wave, where the far part is strong. */
 static void fill_axis(const struct gbg_split *split, const struct gbg_ewald_window *window,
                       double spacing, struct axis *axis)
 {
     const double turn = 2 * (double)GBG_PI_LONG;
-    double half = split->band / split->reach / 2;
+    double end = split->band / split->reach;
     gbg_legendre_rule(NODES, axis->wave, axis->weight);
     for (int n = 0; n < NODES; n++) {
-        axis->weight[n] *= 2 * half / turn; /* waves of both signs */
-        axis->wave[n] = half * (1 + axis->wave[n]);
+        double root = (1 + axis->wave[n]) / 2;
+        axis->weight[n] *= 2 * root * end / turn; /* waves of both signs */
+        axis->wave[n] = root * root * end;
         axis->alias[n] = axis->slope_alias[n] = 0;
         for (int m = -ALIASES; m <= ALIASES; m++) {
             double f = axis->wave[n] * spacing / turn + m;
             double value = gbg_ewald_window_transform(window, f);
-            double slope = gbg_ewald_window_slope(window, f) * turn / spacing;
+            double step = window->step * sin(turn / 2 * f * window->width) / (turn / 2);
+            double slope = (f * value - step) * turn / spacing;
             if (m == 0) {
                 axis->here[n] = value;
                 axis->slope[n] = slope;
@@ -38,6 +56,10 @@ static void fill_axis(const struct gbg_split *split, const struct gbg_ewald_wind
                 axis->slope_alias[n] += slope * slope;
             }
         }
+        double tails[2] = {0};
+        add_tails(window, axis->wave[n] * spacing / turn, &tails[0], &tails[1]);
+        axis->alias[n] += tails[0];
+        axis->slope_alias[n] += tails[1] * turn * turn / (spacing * spacing);
     }
 }
 
@@ -92,7 +114,8 @@ static double share(const struct axis *const *axis, const int *n, int dimension,
     return all > 0 ? times(square, other.here, other.added).added / all : 0;
 }
 
-static double integrate(const struct gbg_split *split, const struct axis *const *axis, int gradient)
+static double integrate(const struct gbg_split *split, const struct axis *const *axis, int gradient,
+                        double least)
 {
     double sum = 0, end = split->band / split->reach;
     int third = split->dimension == 3 ? NODES : 1;
@@ -103,7 +126,7 @@ static double integrate(const struct gbg_split *split, const struct axis *const 
             k2 += axis[a]->wave[n[a]] * axis[a]->wave[n[a]];
             weight *= axis[a]->weight[n[a]];
         }
-        if (k2 < end * end) {
+        if (k2 > least * least && k2 < end * end) {
             double far = gbg_split_far(split, sqrt(k2));
             sum += weight * k2 * far * far * share(axis, n, split->dimension, gradient);
         }
@@ -111,37 +134,46 @@ static double integrate(const struct gbg_split *split, const struct axis *const 
     return sqrt(sum);
 }
 
+/* Where waves begin: the wave 0, which is none, has the room of one. */
+static double least_wave(double length)
+{
+    return 2 * sqrt((double)GBG_PI_LONG) / length;
+}
+
 double gbg_ewald_mesh_loss(const struct gbg_split *split, const struct gbg_ewald_window *window,
-                           const double *spacing, int gradient)
+                           const double *length, const int32_t *cells, int gradient)
 {
     struct axis table[3];
     const struct axis *axis[3] = {&table[0], &table[1], &table[2]};
+    double longest = 0;
     for (int a = 0; a < split->dimension; a++) {
-        fill_axis(split, &window[a], spacing[a], &table[a]);
+        fill_axis(split, &window[a], length[a] / cells[a], &table[a]);
+        longest = fmax(longest, length[a]);
     }
-    return integrate(split, axis, gradient);
+    return integrate(split, axis, gradient, least_wave(longest));
 }
 
-static double loss_of_shape(const struct gbg_split *split, int width, double spacing, int gradient,
-                            double shape)
+static double loss_of_shape(const struct gbg_split *split, int width, double length, int32_t cells,
+                            int gradient, double shape)
 {
     struct gbg_ewald_window window = {.kind = GBG_EWALD_PROLATE, .width = width, .shape = shape};
     struct axis table;
     const struct axis *axis[3] = {&table, &table, &table};
     gbg_prolate_make(shape, &window.profile);
     window.step = gbg_prolate_value(&window.profile, 1);
-    fill_axis(split, &window, spacing, &table);
-    return integrate(split, axis, gradient);
+    fill_axis(split, &window, length / cells, &table);
+    return integrate(split, axis, gradient, least_wave(length));
 }
 
 /* By the golden section: the loss has one minimum, between aliases and a window that is cut. */
-double gbg_ewald_best_shape(const struct gbg_split *split, int width, double spacing, int gradient)
+double gbg_ewald_best_shape(const struct gbg_split *split, int width, double length, int32_t cells,
+                            int gradient)
 {
     const double golden = (sqrt(5) - 1) / 2, most = (double)GBG_PI_LONG * width;
     double low = 0.4 * most, high = most, place[2], loss[2];
     for (int i = 0; i < 2; i++) {
         place[i] = i == 0 ? high - golden * (high - low) : low + golden * (high - low);
-        loss[i] = loss_of_shape(split, width, spacing, gradient, place[i]);
+        loss[i] = loss_of_shape(split, width, length, cells, gradient, place[i]);
     }
     while (high - low > 0.01 * most) {
         int better = loss[1] < loss[0];
@@ -149,7 +181,7 @@ double gbg_ewald_best_shape(const struct gbg_split *split, int width, double spa
         place[!better] = place[better];
         loss[!better] = loss[better];
         place[better] = better ? low + golden * (high - low) : high - golden * (high - low);
-        loss[better] = loss_of_shape(split, width, spacing, gradient, place[better]);
+        loss[better] = loss_of_shape(split, width, length, cells, gradient, place[better]);
     }
     return loss[0] < loss[1] ? place[0] : place[1];
 }

@@ -80,7 +80,8 @@ static int make_window(const struct gbg_ewald_choice *choice, int a, struct gbg_
             return GBG_OK;
         }
     }
-    double shape = gbg_ewald_best_shape(&plan->split, width, spacing, choice->gradient);
+    double shape = gbg_ewald_best_shape(&plan->split, width, choice->length[a], choice->cells[a],
+                                        choice->gradient);
     return gbg_ewald_window_shaped(width, shape, window);
 }
 
@@ -177,10 +178,7 @@ void gbg_ewald_fill_row(const struct gbg_ewald_plan *plan, const struct gbg_ewal
 double gbg_ewald_plan_loss(const struct gbg_ewald_plan *plan)
 {
     const struct gbg_ewald_choice *choice = &plan->choice;
-    double spacing[3] = {0};
-    for (int a = 0; a < choice->dimension; a++) {
-        spacing[a] = choice->length[a] / choice->cells[a];
-    }
     return hypot(gbg_split_loss(&plan->split),
-                 gbg_ewald_mesh_loss(&plan->split, plan->window, spacing, choice->gradient));
+                 gbg_ewald_mesh_loss(&plan->split, plan->window, choice->length, choice->cells,
+                                     choice->gradient));
 }

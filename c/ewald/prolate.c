@@ -149,32 +149,31 @@ double gbg_prolate_slope(const struct gbg_prolate *prolate, double x)
     return (double)slope;
 }
 
-/* Spherical Bessel functions j_0 .. j_(2 TERMS - 1) at k: upwards as far as that is stable, else
- * downwards from where they vanish. */
-static void bessel(double k, double *j)
+/* Spherical Bessel functions j_0 .. j_last at k: upwards as far as that is stable, else downwards
+ * from where they vanish. */
+static void bessel(double k, int last, double *j)
 {
-    enum { LAST = 2 * TERMS - 1 };
     j[0] = sin(k) / k;
     j[1] = sin(k) / (k * k) - cos(k) / k;
-    int up = k > LAST ? LAST : (int)k;
+    int up = k > last ? last : (int)k;
     for (int n = 1; n < up; n++) {
         j[n + 1] = (2 * n + 1) / k * j[n] - j[n - 1];
     }
-    if (up == LAST) {
+    if (up == last) {
         return;
     }
-    double after = 0, now = 1e-280, down[LAST + 1];
-    for (int n = LAST + 60 + (int)(k / 4); n > 0; n--) {
+    double after = 0, now = 1e-280, down[2 * TERMS];
+    for (int n = last + 60 + (int)(k / 4); n > 0; n--) {
         double before = (2 * n + 1) / k * now - after;
         after = now;
         now = before;
-        if (n - 1 <= LAST) {
+        if (n - 1 <= last) {
             down[n - 1] = now;
         }
         if (fabs(now) > 1e200) {
             now *= 1e-200;
             after *= 1e-200;
-            for (int m = n - 1; m <= LAST; m++) {
+            for (int m = n - 1; m <= last; m++) {
                 down[m] *= 1e-200;
             }
         }
@@ -182,7 +181,7 @@ static void bessel(double k, double *j)
     /* joined where the function is not near a zero */
     int join = up > 0 && fabs(j[up]) < fabs(j[up - 1]) ? up - 1 : up;
     double scale = j[join] / down[join];
-    for (int n = join + 1; n <= LAST; n++) {
+    for (int n = join + 1; n <= last; n++) {
         j[n] = down[n] * scale;
     }
 }
@@ -195,7 +194,7 @@ double gbg_prolate_transform(const struct gbg_prolate *prolate, double k)
         return 2 * prolate->coefficient[0] * gbg_prolate_value(prolate, k / prolate->c);
     }
     double j[2 * TERMS], sum = 0;
-    bessel(k, j);
+    bessel(k, 2 * prolate->terms - 1, j);
     for (int n = 0; n < prolate->terms; n++) {
         sum += (n % 2 == 0 ? 2 : -2) * prolate->coefficient[n] * j[2 * n];
     }

@@ -32,7 +32,8 @@ const struct gbg_reference_kernels *gbg_reference_kernels_of(const char *instruc
 enum {
     GROUP = 16,       /* targets that share a look at a block of sources */
     SPAN = 4096,      /* sources, which stay in the cache meanwhile */
-    WORTH = 50000,    /* pairs: fewer are evaluated without tables */
+    WORTH = 20000,    /* pairs: fewer are evaluated without tables */
+    MANY = 10000000,  /* pairs: fewer take half a table, in which x is above 2^-10 */
     LARGEST = 1 << 26 /* sums over waves */
 };
 
@@ -231,7 +232,7 @@ static int make_table(struct work *w, int potential)
     int status = gbg_allocate(w->context, &table, GBG_REFERENCE_PANELS, sizeof(gbg_reference_panel),
                               "table of the short part");
     if (status == GBG_OK) {
-        gbg_reference_table_make(&w->law, potential, table);
+        gbg_reference_table_make(&w->law, potential, w->context->threads, w->near.first, table);
         w->table[potential] = table;
     }
     return status;
@@ -253,8 +254,12 @@ static int make_near(struct work *w, int with_potential)
         near->length[a] = s->length[a];
         near->position[a] = s->position[a];
     }
+    double pairs = (double)images * (double)s->n * (double)w->n_targets;
+    near->first = pairs > MANY    ? 0
+                  : pairs > WORTH ? GBG_REFERENCE_PANELS / 2
+                                  : GBG_REFERENCE_PANELS;
     int status = GBG_OK;
-    if ((double)images * (double)s->n * (double)w->n_targets > WORTH) {
+    if (near->first < GBG_REFERENCE_PANELS) {
         status = make_table(w, 0);
         status = status == GBG_OK && with_potential ? make_table(w, 1) : status;
     }

@@ -27,6 +27,7 @@ void gbg_gamma_rule_make(struct gbg_gamma_rule *rule)
         }
         rule->node[i] = (double)z;
         rule->weight[i] = (double)(2 / ((1 - z * z) * slope * slope));
+        rule->grown[i] = (double)expl(0.5L * (long double)GBG_GAMMA_PANEL * z);
     }
 }
 
@@ -35,7 +36,7 @@ void gbg_gamma_rule_make(struct gbg_gamma_rule *rule)
 static double from_its_top(const struct gbg_gamma_rule *rule, double order, double x)
 {
     double end = log1p(DEPTH / x), total = 0.0;
-    int panels = (int)ceil(end / 0.75);
+    int panels = (int)ceil(end / GBG_GAMMA_PANEL);
     panels = panels > 8 ? panels : 8;
     double half = 0.5 * end / panels;
     for (int p = panels; p-- > 0;) {
@@ -53,13 +54,13 @@ static double from_its_top(const struct gbg_gamma_rule *rule, double order, doub
 static double around_its_top(const struct gbg_gamma_rule *rule, double order, double x)
 {
     double begin = fmax(log(x / order), -DEPTH / order), end = log1p(DEPTH / order), total = 0.0;
-    int panels = (int)ceil((end - begin) / 0.75);
-    double half = 0.5 * (end - begin) / panels;
+    const double half = 0.5 * GBG_GAMMA_PANEL;
+    int panels = (int)ceil((end - begin) / GBG_GAMMA_PANEL);
     for (int p = 0; p < panels; p++) {
-        double sum = 0.0;
+        double sum = 0.0, middle = begin + half * (2 * p + 1), scale = exp(middle);
         for (int i = 0; i < GBG_GAMMA_NODES; i++) {
-            double w = begin + half * (2 * p + 1 + rule->node[i]);
-            sum += rule->weight[i] * exp(order * (w - exp(w)));
+            double w = middle + half * rule->node[i];
+            sum += rule->weight[i] * exp(order * (w - scale * rule->grown[i]));
         }
         total += sum;
     }
@@ -142,15 +143,17 @@ static void fit(const double *value, double *term)
     }
 }
 
-void gbg_reference_table_make(const struct gbg_reference_law *law, int potential,
-                              gbg_reference_panel *table)
+void gbg_reference_table_make(const struct gbg_reference_law *law, int potential, int threads,
+                              int64_t first, gbg_reference_panel *table)
 {
     enum { N = GBG_REFERENCE_TERMS, EACH = 1 << GBG_REFERENCE_PANEL_BITS };
-    for (int p = 0; p < GBG_REFERENCE_PANELS; p++) {
+    (void)threads; /* without OpenMP */
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 16)
+    for (int64_t p = first; p < GBG_REFERENCE_PANELS; p++) {
         double value[N];
         for (int i = 0; i < N; i++) {
-            double place = (p % EACH + 0.5 * (1.0 + cos(pi * (i + 0.5) / N))) / EACH;
-            double x = ldexp(1.0 + place, GBG_REFERENCE_LOWEST + p / EACH);
+            double place = ((double)(p % EACH) + 0.5 * (1.0 + cos(pi * (i + 0.5) / N))) / EACH;
+            double x = ldexp(1.0 + place, GBG_REFERENCE_LOWEST + (int)(p / EACH));
             value[i] =
                 potential ? gbg_reference_short_potential(law, x) : gbg_reference_short(law, x);
         }

@@ -348,8 +348,8 @@ static inline void weigh(const struct gbg_reference_near *near, const gbg_refere
 {
     for (int64_t k = 0; k < found->n; k++) {
         double z, x = found->x[k];
-        int64_t panel = table ? panel_of(x, &z) : -1;
-        if (panel >= 0) {
+        int64_t panel = panel_of(x, &z);
+        if (panel >= near->first) {
             weight[k] = found->alpha[k] * polynomial(table[panel], z);
         } else if (x > 0.0) {
             weight[k] = found->alpha[k] * (potential ? gbg_reference_short_potential(near->law, x)

@@ -6,8 +6,10 @@
 
 /* Upper incomplete gamma functions by Gauss's rule. */
 enum { GBG_GAMMA_NODES = 16 };
+#define GBG_GAMMA_PANEL 0.75
 struct gbg_gamma_rule {
     double node[GBG_GAMMA_NODES], weight[GBG_GAMMA_NODES]; /* on [-1, 1] */
+    double grown[GBG_GAMMA_NODES];                         /* exp(node PANEL/2) */
 };
 void gbg_gamma_rule_make(struct gbg_gamma_rule *rule);
 /* x^-order Gamma(order, x) = Int_1^inf t^(order-1) exp(-x t) dt for any real order and x > 0:
@@ -45,8 +47,9 @@ enum {
     GBG_REFERENCE_PANELS = GBG_REFERENCE_OCTAVES << GBG_REFERENCE_PANEL_BITS
 };
 typedef double gbg_reference_panel[GBG_REFERENCE_TERMS];
-void gbg_reference_table_make(const struct gbg_reference_law *law, int potential,
-                              gbg_reference_panel *table);
+/* Panels from `first` on, those below are left as they are. */
+void gbg_reference_table_make(const struct gbg_reference_law *law, int potential, int threads,
+                              int64_t first, gbg_reference_panel *table);
 
 /* Waves n >= 0 of three axes; axis 0 is the longest of the box. Waves of axis 0 stand in tiles of
  * 8: 8 cosines, then 8 sines. A group is 4 products of cosines and sines of the other axes: in the
@@ -77,7 +80,8 @@ struct gbg_reference_near {
     double length[3];
     double cut, squared_a;
     const struct gbg_reference_law *law;
-    const gbg_reference_panel *force, *potential; /* NULL: no tables; no potential */
+    const gbg_reference_panel *force, *potential;
+    int64_t first; /* panel that the tables begin with; PANELS: there are none */
     int with_potential;
     const double *position[3], *alpha; /* in [0, length) */
 };

@@ -6,8 +6,12 @@
  * the unit of the split are the near part, the others the far part:
  *   near force = r_vec r^-(power+1) (1 - G(r/unit)),
  *   G(x) = Int_0^x u^s (-psi'(u)) du / Int_0^inf u^s (-psi'(u)) du,
- *   far(k) = k^(s-d) Int_{k unit}^inf q^(d-1-s) psi^(q) dq, up to a constant, in d dimensions, with
- * psi^ the d-dimensional transform of psi(|x|). PROLATE: psi is the prolate function of order zero,
+ *   far(k) = k^(s-d) Int_{k unit}^inf q^(d-1-s) psi^(q) dq / (s Int u^(s-1) psi du), in d
+ * dimensions, with psi^ the d-dimensional transform of psi(|x|); for s = 0 the divisor is psi(0).
+ * The step with which a profile ends counts in G's divisor: G jumps to 1 there. Waves within the
+ * band are exactly those of the power law, all of the error is in the others.
+ *
+ * PROLATE: psi is the prolate function of order zero,
  * as good as confined to [0, 1] and to waves below `band` at once; unit = reach. GAUSSIAN: psi =
  * exp(-u^2), Ewald's own; unit = reach/sqrt(band/2), so that both parts end at about the same
  * error. */
@@ -33,7 +37,7 @@ struct gbg_split {
     int degree;
     double near[GBG_SPLIT_DEGREE + 1], potential[GBG_SPLIT_DEGREE + 1];
     double polynomial_error; /* largest of the force's sum, over its largest value */
-    double self;             /* far potential at a source's own place */
+    double self;             /* far potential at a source's own place; of -log r for power 1 */
     double far[GBG_FAR_OCTAVES][GBG_FAR_PANELS][GBG_FAR_TERMS];
     double loss;  /* square of the force of the waves left out, in the split's units */
     double scale; /* 1 over s Int u^(s-1) psi du */

@@ -1,6 +1,8 @@
 /* Numbers of long-range sums: the waves of the far part, and the error of leaving the others. */
 #define _XOPEN_SOURCE 700 /* j0 */
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "ewald/series.h"
 #include "ewald/split.h"
@@ -169,15 +171,18 @@ double gbg_split_far(const struct gbg_split *split, double k)
     if (!(x > 0 && x < 1)) {
         return 0;
     }
-    int exponent;
-    double z = (2 * frexp(x, &exponent) - 1) * GBG_FAR_PANELS;
-    if (-exponent >= GBG_FAR_OCTAVES) {
+    _Static_assert(GBG_FAR_PANELS == 8, "three bits say which panel");
+    /* the exponent's bits are the octave, the first of the fraction's the panel */
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    int octave = 1022 - (int)(bits >> 52), panel = (int)(bits >> 49 & 7);
+    if (octave >= GBG_FAR_OCTAVES) {
         return far_below(split, k);
     }
-    int panel = (int)z;
-    const double *far = split->far[-exponent][panel];
-    double sum = 0;
-    z = 2 * (z - panel) - 1;
+    bits = (bits & ((UINT64_C(1) << 49) - 1)) | UINT64_C(1023) << 52;
+    memcpy(&x, &bits, sizeof x);
+    const double *far = split->far[octave][panel];
+    double z = 2 * GBG_FAR_PANELS * (x - 1) - 1, sum = 0;
     for (int m = GBG_FAR_TERMS - 1; m >= 0; m--) {
         sum = sum * z + far[m];
     }

@@ -4,6 +4,8 @@
 #endif
 #include "fft/fft.h"
 
+#include <stddef.h>
+
 #ifdef GBG_FFT_LIBRARY
 #include <dlfcn.h>
 #include <pthread.h>

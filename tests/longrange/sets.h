@@ -21,6 +21,7 @@ struct particle_set {
     int64_t n;
     double *position[3];
     double *alpha;
+    double diameter; /* of hard cores, 0 in sets without */
 };
 
 static inline double set_uniform(uint32_t seed, int64_t i, uint64_t which)
@@ -121,12 +122,14 @@ static inline int64_t set_cell(const struct particle_set *s, const struct set_ce
     return index;
 }
 
-/* 1: disc i does not overlap any other at x. Cells may be seen twice in tiny boxes. */
-static inline int set_is_free(const struct particle_set *s, const struct set_cells *c, int64_t i,
+/* 1: a disc at x overlaps none. Cells may be seen twice in tiny boxes. */
+static inline int set_is_free(const struct particle_set *s, const struct set_cells *c,
                               const double *x)
 {
     int64_t place[3] = {0, 0, 0};
-    set_cell(s, c, x, place);
+    if (c->disc[set_cell(s, c, x, place)] >= 0) {
+        return 0;
+    }
     int deep = s->dimension == 3;
     for (int64_t dz = deep ? -2 : 0; dz <= (deep ? 2 : 0); dz++) {
         for (int64_t dy = -2; dy <= 2; dy++) {
@@ -137,7 +140,7 @@ static inline int set_is_free(const struct particle_set *s, const struct set_cel
                     index = index * c->count[a] + (at < 0 ? at + c->count[a] : at);
                 }
                 int32_t j = c->disc[index];
-                if (j < 0 || j == i) {
+                if (j < 0) {
                     continue;
                 }
                 double squared = 0.0;
@@ -155,69 +158,62 @@ static inline int set_is_free(const struct particle_set *s, const struct set_cel
     return 1;
 }
 
-static inline void set_try_move(struct particle_set *s, struct set_cells *c, int64_t i,
-                                uint32_t seed, uint64_t sweep)
+/* Random sequential insertion: each disc at the first random place where it overlaps none before
+ * it. 0: a disc found none in many trials. */
+static inline int set_insert(struct particle_set *s, struct set_cells *c, uint32_t seed)
 {
-    double x[3] = {0}, old[3] = {0};
-    int64_t place[3];
-    for (int a = 0; a < s->dimension; a++) {
-        double step =
-            0.6 * c->diameter * (set_uniform(seed, i, 100 + 4 * sweep + (uint64_t)a) - 0.5);
-        old[a] = s->position[a][i];
-        x[a] = set_fold(s->length[a], (old[a] + step) / s->length[a]);
-    }
-    if (set_is_free(s, c, i, x)) {
-        c->disc[set_cell(s, c, old, place)] = -1;
-        c->disc[set_cell(s, c, x, place)] = (int32_t)i;
-        for (int a = 0; a < s->dimension; a++) {
-            s->position[a][i] = x[a];
+    uint64_t trial = 0;
+    for (int64_t i = 0; i < s->n; i++) {
+        int placed = 0;
+        for (int k = 0; k < 200000 && !placed; k++, trial++) {
+            double x[3] = {0};
+            int64_t place[3];
+            for (int a = 0; a < s->dimension; a++) {
+                double fraction = set_uniform(seed, (int64_t)trial, 64 + (uint64_t)a);
+                x[a] = set_fold(s->length[a], fraction);
+            }
+            placed = set_is_free(s, c, x);
+            for (int a = 0; a < s->dimension && placed; a++) {
+                s->position[a][i] = x[a];
+            }
+            if (placed) {
+                c->disc[set_cell(s, c, x, place)] = (int32_t)i;
+            }
+        }
+        if (!placed) {
+            return 0;
         }
     }
+    return 1;
 }
 
-/* Diameter of hard discs or balls at packing 0.4, less where the lattice has no room for so few. */
-static inline double set_diameter(const struct particle_set *s)
-{
-    const double pi = 3.141592653589793;
-    double volume = s->length[0] * s->length[1] * s->length[2] / (double)(s->n > 0 ? s->n : 1);
-    double diameter =
-        s->dimension == 2 ? sqrt(0.4 * volume * 4.0 / pi) : cbrt(0.4 * volume * 6.0 / pi);
-    int64_t sites[3];
-    set_lattice(s, sites);
-    for (int a = 0; a < s->dimension; a++) {
-        diameter = fmin(diameter, 0.999 * s->length[a] / (double)sites[a]);
-    }
-    return diameter;
-}
-
-/* Sweeps of Metropolis moves of hard discs from a lattice; 0: no memory. */
+/* Hard discs at packing 0.4, hard balls at 0.2; less where a small box has no room for so few. 0:
+ * no memory. */
 static inline int set_of_discs(struct particle_set *s, uint32_t seed)
 {
-    struct set_cells c = {.count = {1, 1, 1}, .diameter = set_diameter(s)};
-    int64_t all = 1, place[3];
+    const double pi = 3.141592653589793;
+    double each = s->length[0] * s->length[1] * s->length[2] / (double)(s->n > 0 ? s->n : 1);
+    int placed = 0;
+    s->diameter = s->dimension == 2 ? sqrt(0.4 * each * 4.0 / pi) : cbrt(0.2 * each * 6.0 / pi);
     for (int a = 0; a < s->dimension; a++) {
-        c.count[a] = (int64_t)ceil(s->length[a] / c.diameter * sqrt(s->dimension) * 1.0001);
-        all *= c.count[a];
+        s->diameter = fmin(s->diameter, s->length[a]);
     }
-    c.disc = malloc((size_t)all * sizeof *c.disc);
-    if (!c.disc) {
-        return 0;
-    }
-    memset(c.disc, 0xff, (size_t)all * sizeof *c.disc);
-    set_on_lattice(s, 0.0, seed);
-    for (int64_t i = 0; i < s->n; i++) {
-        double x[3] = {0};
+    for (; !placed; s->diameter *= placed ? 1.0 : 0.95) {
+        struct set_cells c = {.count = {1, 1, 1}, .diameter = s->diameter};
+        int64_t all = 1;
         for (int a = 0; a < s->dimension; a++) {
-            x[a] = s->position[a][i];
+            double cells = s->length[a] / s->diameter * sqrt(s->dimension) * 1.0001;
+            c.count[a] = (int64_t)ceil(cells);
+            all *= c.count[a];
         }
-        c.disc[set_cell(s, &c, x, place)] = (int32_t)i;
-    }
-    for (uint64_t sweep = 0; sweep < 20; sweep++) {
-        for (int64_t i = 0; i < s->n; i++) {
-            set_try_move(s, &c, i, seed, sweep);
+        c.disc = malloc((size_t)all * sizeof *c.disc);
+        if (!c.disc) {
+            return 0;
         }
+        memset(c.disc, 0xff, (size_t)all * sizeof *c.disc);
+        placed = set_insert(s, &c, seed);
+        free(c.disc);
     }
-    free(c.disc);
     return 1;
 }
 
