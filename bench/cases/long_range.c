@@ -311,14 +311,15 @@ static int run_set(struct gbg_bench *bench, int which, double power, int64_t n)
     }
     set->context = bench->context;
     set->name = sets[which].name;
-    status = create(set, sets[which].dimension, power, n);
     for (size_t t = 0; t < sizeof tolerances / sizeof *tolerances && status == GBG_OK; t++) {
         for (int m = 0; m < METHODS && status == GBG_OK; m++) {
             char *what = names[which][m];
             snprintf(what, sizeof names[which][m], "%dD %s, %s", sets[which].dimension, set->name,
                      methods[m].name);
             if (gbg_bench_wanted(bench, what)) {
-                status = run_line(bench, set, &methods[m], power, tolerances[t], what);
+                status = set->device ? GBG_OK : create(set, sets[which].dimension, power, n);
+                status =
+                    status ? status : run_line(bench, set, &methods[m], power, tolerances[t], what);
             }
         }
     }

@@ -323,15 +323,11 @@ int gbg_engine_integer(struct gbg_engine *engine, const char *name, int64_t *val
     return GBG_OK;
 }
 
-static const char *const real_names[] = {"time",
-                                         "dt",
-                                         "seconds",
-                                         "largest_move",
-                                         "packing",
-                                         "bytes_per_particle",
-                                         "contact_virial",
-                                         "reverted_fraction",
-                                         NULL};
+static const char *const real_names[] = {"time",           "dt",
+                                         "seconds",        "largest_move",
+                                         "packing",        "bytes_per_particle",
+                                         "contact_virial", "reverted_fraction",
+                                         "check_seconds",  NULL};
 
 int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *value)
 {
@@ -347,7 +343,8 @@ int gbg_engine_real(const struct gbg_engine *engine, const char *name, double *v
                              gbg_scene_packing(&engine->scene),
                              gbg_engine_bytes(engine),
                              engine->contact_virial,
-                             gbg_engine_reverted_fraction(engine)};
+                             gbg_engine_reverted_fraction(engine),
+                             engine->check_seconds};
     int k = gbg_text_find(name, real_names);
     if (k < 0) {
         return gbg_fail(engine->context, GBG_E_NAME, "gbg_engine_real: no real \"%s\"; nearest: %s",

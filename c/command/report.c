@@ -77,6 +77,11 @@ static void put_sums(FILE *file, const struct gbg_session *session)
     for (int f = 0; f < n_forces; f++) {
         sums += gbg_engine_get_sum(session->engine, f, value, NULL, NULL, NULL) == GBG_OK;
     }
+    double seconds = 0;
+    gbg_engine_real(session->engine, "check_seconds", &seconds);
+    if (sums > 0) {
+        put_real(file, "check_seconds", seconds);
+    }
     for (int k = 0; k < 4 && sums > 0; k++) {
         put_name(file, names[k]);
         for (int f = 0; f < n_forces; f++) {

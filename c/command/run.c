@@ -252,7 +252,7 @@ static void print_cores(struct gbg_engine *engine)
 static void print_summary(const struct job *job)
 {
     int64_t n = 0, rounds = 0, left = -1;
-    double dt = 0, busy = 0;
+    double dt = 0, busy = 0, checks = 0;
     int cores = strcmp(gbg_session_text(&job->session, "excluded_volume.rule"), "none") != 0;
     int dimension;
     int64_t steps = job->steps - job->first;
@@ -261,11 +261,16 @@ static void print_summary(const struct job *job)
     gbg_engine_integer(job->session.engine, "overlaps_left", &left);
     gbg_engine_real(job->session.engine, "dt", &dt);
     gbg_engine_real(job->session.engine, "seconds", &busy);
+    gbg_engine_real(job->session.engine, "check_seconds", &checks);
     printf("done           %s steps of %s particles, to time %g\n", gbg_count_text(steps),
            gbg_count_text(n), dt * (double)job->steps);
     printf("backend        %s\n", gbg_backend_text(job->session.context));
-    printf("wall time      %s, of it %s in steps\n", gbg_duration_text(job->seconds),
+    printf("wall time      %s, of it %s in steps", gbg_duration_text(job->seconds),
            gbg_duration_text(busy));
+    if (checks > 0) {
+        printf(", %s in measuring long-range forces", gbg_duration_text(checks));
+    }
+    printf("\n");
     if (steps > 0 && n > 0) {
         printf("speed          %.1f ns per particle-step\n",
                1e9 * busy / ((double)steps * (double)n));

@@ -49,7 +49,8 @@ struct gbg_engine {
 
     uint64_t step;
     double seconds;
-    double moved; /* largest move of a particle in the last step, for the lists */
+    double check_seconds; /* spent in measuring sums over all images, not in `seconds` */
+    double moved;         /* largest move of a particle in the last step, for the lists */
     struct gbg_moves moves;
     int forces_current; /* 1: force[] belongs to the present positions */
     int64_t contact_rounds, contact_pairs, reverted, repeated, events_left; /* sums over steps */

@@ -14,6 +14,9 @@
 /* Steps between looks at the density, the change of its contrast that calls for a new measurement,
  * and particles in the mean in a cell of such a look. */
 enum { LOOK_EVERY = 100, CROWD = 16 };
+
+/* Particles of later measurements: their RMS error is known to some 5 %. */
+enum { FEWER_SAMPLES = 200 };
 static const double changed = 2.0;
 
 /* Particles fetched at a time by a look. */
@@ -32,6 +35,8 @@ struct gbg_mesh_sums {
     int32_t *count;  /* particles in each cell */
     uint32_t *words; /* of a piece: its cells, and coordinates on their way */
 };
+
+static double typical_force(const struct gbg_engine *engine, double power);
 
 static struct gbg_mesh_place place_of(const struct gbg_engine *engine)
 {
@@ -255,17 +260,43 @@ static int sample_forces(const struct check *check)
     return status;
 }
 
+/* RMS of the forces that the state holds. Their squares are added as integers, so that the order in
+ * memory does not show; unit: what they are measured in, at most 1e4 of it counts. */
+static int force_size(struct gbg_engine *engine, double unit, double *rms)
+{
+    int64_t n = engine->state.owned, piece = n < PIECE ? n : PIECE;
+    uint64_t sum = 0;
+    int status = GBG_OK;
+    double *value = (double *)(void *)engine->mesh_sums->words;
+    for (int a = 0; a < engine->scene.dimension; a++) {
+        for (int64_t first = 0; status == GBG_OK && first < n; first += piece) {
+            int64_t count = n - first < piece ? n - first : piece;
+            status =
+                engine->backend->download(engine->device, value, engine->state.force[a] + first,
+                                          (size_t)count * sizeof *value);
+            for (int64_t i = 0; status == GBG_OK && i < count; i++) {
+                double r = fmin(fabs(value[i] / unit), 1e4);
+                sum += (uint64_t)(r * r * 0x1p20);
+            }
+        }
+    }
+    *rms = unit * sqrt((double)sum * 0x1p-20 / (double)n);
+    return status;
+}
+
 static int measure(void *user, struct gbg_mesh_sum *sum)
 {
     struct check *check = user;
+    double typical = typical_force(check->engine, sum->wish.power), rms = 0.0;
     int status = sample_forces(check);
+    status = status ? status : force_size(check->engine, typical > 0.0 ? typical : 1.0, &rms);
     if (status == GBG_OK && !check->referred) {
         status = gbg_sources_reference(check->engine->context, check->sources, sum->wish.power,
                                        check->sample, check->sample->reference);
         check->referred = status == GBG_OK;
     }
     if (status == GBG_OK) {
-        gbg_mesh_sum_judge(sum, check->sample, check->sources);
+        gbg_mesh_sum_judge(sum, check->sample, rms, typical);
     }
     return status;
 }
@@ -310,14 +341,14 @@ static int wants_checks(const struct gbg_engine *engine)
     return wants && engine->state.owned > 0;
 }
 
-static int judge(struct gbg_engine *engine)
+static int judge(struct gbg_engine *engine, int64_t samples)
 {
     struct gbg_sources sources = {0};
     struct gbg_sample sample = {0};
     int status = gbg_engine_sources(engine, &sources);
     status = status ? status
                     : gbg_sample_make(engine->context, engine->scene.dimension, engine->state.owned,
-                                      GBG_MESH_SAMPLES, &sample);
+                                      samples, &sample);
     for (int f = 0; status == GBG_OK && f < engine->scene.n_forces; f++) {
         if (is_checked(engine, f)) {
             status = settle(&(struct check){engine, &sources, &sample, f, 0});
@@ -375,47 +406,22 @@ int gbg_engine_check_sums(struct gbg_engine *engine)
     if (!engine->mesh_sums || engine->mesh_sums->checked || !wants_checks(engine)) {
         return GBG_OK;
     }
-    int status = judge(engine);
+    int status = judge(engine, GBG_MESH_SAMPLES);
     status = status ? status : look(engine, &engine->mesh_sums->contrast);
     engine->mesh_sums->size = -1.0;
     engine->mesh_sums->checked = status == GBG_OK;
     return status;
 }
 
-/* RMS of the forces of this step. Their squares are added as integers, so that the order in memory
- * does not show; unit: what they are measured in, at most 1e4 of it counts. */
-static int force_size(struct gbg_engine *engine, double unit, double *rms)
-{
-    int64_t n = engine->state.owned, piece = n < PIECE ? n : PIECE;
-    uint64_t sum = 0;
-    int status = GBG_OK;
-    double *value = (double *)(void *)engine->mesh_sums->words;
-    for (int a = 0; a < engine->scene.dimension; a++) {
-        for (int64_t first = 0; status == GBG_OK && first < n; first += piece) {
-            int64_t count = n - first < piece ? n - first : piece;
-            status =
-                engine->backend->download(engine->device, value, engine->state.force[a] + first,
-                                          (size_t)count * sizeof *value);
-            for (int64_t i = 0; status == GBG_OK && i < count; i++) {
-                double r = fmin(fabs(value[i] / unit), 1e4);
-                sum += (uint64_t)(r * r * 0x1p20);
-            }
-        }
-    }
-    *rms = unit * sqrt((double)sum * 0x1p-20 / (double)n);
-    return status;
-}
-
-/* 1 if a check that could only take a neighbour's force for its measure is to be made again: ever
- * more seldom while nothing changes. */
+/* 1 where a check is due whatever has changed, as the order of a start decays and shifts what the
+ * mesh leaves: ever more seldom, at steps 16, 64, 256, ... */
 static int is_due(const struct gbg_engine *engine)
 {
-    uint64_t looks = engine->step / LOOK_EVERY;
-    int symmetric = 0;
-    for (int f = 0; f < engine->scene.n_forces; f++) {
-        symmetric |= is_checked(engine, f) && engine->mesh_sums->force[f].symmetric;
+    uint64_t due = 16;
+    while (due < engine->step) {
+        due *= 4;
     }
-    return symmetric && looks > 0 && (looks & (looks - 1)) == 0;
+    return due == engine->step;
 }
 
 /* 1 if a sum, whose error in the size of a force stays, misses its tolerance for the size that
@@ -448,7 +454,8 @@ int gbg_engine_watch_sums(struct gbg_engine *engine, int *measured)
 {
     struct gbg_mesh_sums *sums = engine->mesh_sums;
     *measured = 0;
-    if (!sums || !sums->checked || (engine->step % LOOK_EVERY != 0 && sums->size >= 0.0)) {
+    if (!sums || !sums->checked ||
+        (engine->step % LOOK_EVERY != 0 && !is_due(engine) && sums->size >= 0.0)) {
         return GBG_OK;
     }
     double contrast = 0.0, size = 0.0;
@@ -464,7 +471,7 @@ int gbg_engine_watch_sums(struct gbg_engine *engine, int *measured)
     if (!(gathered || weaker || is_due(engine))) {
         return GBG_OK;
     }
-    status = judge(engine);
+    status = judge(engine, FEWER_SAMPLES);
     *measured = 1;
     if (status == GBG_OK) {
         if (gathered) {

@@ -116,13 +116,12 @@ int gbg_mesh_sum_refine(const struct gbg_mesh_place *place, int times, struct gb
  * relative to them would say nothing. */
 static const double vanishing = 0.01;
 
-void gbg_mesh_sum_judge(struct gbg_mesh_sum *sum, const struct gbg_sample *sample,
-                        const struct gbg_sources *sources)
+void gbg_mesh_sum_judge(struct gbg_mesh_sum *sum, const struct gbg_sample *sample, double rms,
+                        double typical)
 {
     struct gbg_deviation error = gbg_sample_compare(sample);
-    double typical = gbg_sources_typical(sources, sum->wish.power);
-    sum->symmetric = error.rms < vanishing * typical;
-    double size = sum->symmetric ? typical : error.rms;
+    sum->symmetric = rms < vanishing * typical;
+    double size = sum->symmetric ? typical : rms;
     sum->measured = error.difference == 0.0 ? 0.0 : error.difference / size;
 }
 

@@ -48,11 +48,11 @@ void gbg_mesh_sum_free(const struct gbg_mesh_place *place, struct gbg_mesh_sum *
  * What fails leaves it as it was. */
 int gbg_mesh_sum_refine(const struct gbg_mesh_place *place, int times, struct gbg_mesh_sum *sum);
 
-/* Puts the error of a sample's forces, relative to their size, into sum->measured. */
+/* Puts the error of a sample's forces into sum->measured, relative to rms, the RMS force on all
+ * particles, or, where forces cancel, to that of a typical neighbour. */
 struct gbg_sample;
-struct gbg_sources;
-void gbg_mesh_sum_judge(struct gbg_mesh_sum *sum, const struct gbg_sample *sample,
-                        const struct gbg_sources *sources);
+void gbg_mesh_sum_judge(struct gbg_mesh_sum *sum, const struct gbg_sample *sample, double rms,
+                        double typical);
 
 /* Measures, and refines until the tolerance is kept; each refinement is a line of the log.
  * GBG_E_ARGUMENT with a sentence that begins with "tolerance" if it cannot be kept. */

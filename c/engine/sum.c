@@ -183,7 +183,8 @@ static int measure_mesh(void *user, struct gbg_mesh_sum *mesh)
         check->referred = status == GBG_OK;
     }
     if (status == GBG_OK) {
-        gbg_mesh_sum_judge(mesh, check->sample, check->sources);
+        gbg_mesh_sum_judge(mesh, check->sample, gbg_sample_compare(check->sample).rms,
+                           gbg_sources_typical(check->sources, check->sum->power));
     }
     return status;
 }

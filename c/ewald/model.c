@@ -12,11 +12,16 @@ static const double pi = 3.14159265358979323846;
 /* Tolerances that are taken, and the finest for which single precision serves. */
 static const double loosest = 0.1, finest_single = 3e-6;
 
+/* Closer to what the waves need, errors are up to twice what a mesh is expected to lose (seen in 3D
+ * on lattices). */
+static const double least_finer = 1.12;
+
 /* Meshes beyond this are not looked for: shorter reaches only make them larger. */
 static const double most_cells = 4e9;
 
-/* Shares of the error that is asked for: of the split and of the mesh, added as squares. */
-static const double split_share = 0.6, mesh_share = 0.6;
+/* What a plan aims at, over the tolerance: forces in a lattice that is less jittered than that of
+ * `relative` are weaker. Shares of it: of the split and of the mesh, added as squares. */
+static const double aim = 0.7, split_share = 0.6 * 0.7, mesh_share = 0.6 * 0.7;
 
 /* Relative force error of a split, by the trend of gbg_split_error for power 2 in the plane; the
  * choice is held against the loss of its own plan. */
@@ -174,17 +179,17 @@ static int settle(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *ch
             break;
         }
         *predicted = relative(wish, gbg_ewald_plan_loss(plan));
-        if (*predicted <= wish->tolerance) {
+        if (*predicted <= aim * wish->tolerance) {
             break;
         }
         double split = relative(wish, gbg_split_loss(&plan->split));
         if (split > sqrt(0.5) * *predicted) { /* most of the error */
             double over = fmax(log(split / (split_share * wish->tolerance)), 0.1);
             choice->band += choice->split == GBG_SPLIT_PROLATE ? over : 2.0 * over;
-            fit_cells(choice, 1.0);
+            fit_cells(choice, least_finer);
         } else if (choice->width < GBG_EWALD_WIDEST) {
             choice->width++;
-            fit_cells(choice, 1.0);
+            fit_cells(choice, least_finer);
         } else {
             break;
         }
@@ -196,7 +201,7 @@ static int settle(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *ch
 int gbg_ewald_choose(const struct gbg_ewald_wish *wish, struct gbg_ewald_choice *choice,
                      double *predicted, double *cost)
 {
-    static const double finer[] = {1.1, 1.25, 1.4, 1.6, 2.0};
+    static const double finer[] = {1.15, 1.25, 1.4, 1.6, 2.0};
     struct gbg_ewald_choice tried;
     double longest = longest_reach(wish);
     *cost = INFINITY;

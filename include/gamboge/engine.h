@@ -66,7 +66,8 @@ GBG_API int gbg_engine_overlapped(struct gbg_engine *engine, int64_t n, int32_t 
  * of rounds before all pushes had settled) and "unsettled_pairs" (pushes of the rounds that parted
  * what those left overlapping: few beside contact_pairs where the solves were good enough),
  * "overlaps_left" (pairs that overlap now, counted afresh over
- * all cells). Reals: "time", "dt", "seconds" (spent in run), "largest_move" (free move, last step),
+ * all cells). Reals: "time", "dt", "seconds" (spent in the steps of run), "check_seconds" (spent
+ * there in measuring sums over all images), "largest_move" (free move, last step),
  * "packing", "bytes_per_particle", "reverted_fraction" (reverted over the moves that this engine
  * made), "contact_virial": sum over steps and contact pushes of the distance of the pair half way
  * through the push times the displacement of one of its two particles; the pressure of n particles
