@@ -20,7 +20,7 @@ template <int D, typename Real> struct near_job {
     Real scale[3]; /* of differences of places */
     Real power;
     int degree;
-    Real coefficient[GBG_SPLIT_DEGREE + 1];
+    Real coefficient[GBG_SPLIT_DEGREE + 1]; /* with the sign turned */
 };
 
 } // namespace
@@ -48,8 +48,6 @@ template <int whole, int terms> struct force_law {
         if (sizeof(Real) == 4 && whole > 2) { /* high powers multiply its error */
             root = fma((Real)0.5 * root, fma(-q * root, root, (Real)1), root);
         }
-        Real law = whole ? gbg_cuda_raise<(whole ? whole : 1)>(root)
-                         : (Real)pow(q, (Real)-0.5 * (job.power + (Real)1));
         if (terms) {
             sum = job.coefficient[terms ? terms - 1 : 0];
 #pragma unroll
@@ -62,7 +60,12 @@ template <int whole, int terms> struct force_law {
                 sum = fma(sum, z, job.coefficient[k]);
             }
         }
-        return law - sum;
+        if (whole == 2) {
+            return fma(root * root, root, sum);
+        }
+        return (whole ? gbg_cuda_raise<(whole ? whole : 1)>(root)
+                      : (Real)pow(q, (Real)-0.5 * (job.power + (Real)1))) +
+               sum;
     }
 };
 
@@ -77,7 +80,7 @@ struct potential_law {
             sum = fma(sum, z, job.coefficient[k]);
         }
         Real law = s > 0 ? pow(q, (Real)-0.5 * s) / s : (Real)-0.5 * log(q);
-        return (q > 0 ? law : (Real)0) - sum;
+        return (q > 0 ? law : (Real)0) + sum;
     }
 };
 
@@ -147,7 +150,7 @@ static near_job<D, Real> make_job(const struct gbg_ewald *sum, int potential)
         job.close = fmax(job.close, gbg_cuda_ewald_close(sum, a));
     }
     for (int k = 0; k <= split->degree; k++) {
-        job.coefficient[k] = (Real)(potential ? split->potential[k] : split->near[k]);
+        job.coefficient[k] = (Real) - (potential ? split->potential[k] : split->near[k]);
     }
     return job;
 }
