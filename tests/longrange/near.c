@@ -135,9 +135,16 @@ static double reach_for(const struct particle_set *s, double neighbours)
 }
 
 /* Largest errors allowed, in double and in single precision: a few units in the last place, and
- * what terms that are right to 2^-24 leave where they cancel. The generic kernels have no fused
- * multiply-add and round twice. */
-static const double allowed[2] = {2e-15, 3e-7}, allowed_generic[2] = {3e-15, 6e-7};
+ * what terms that are right to 2^-24 leave where they cancel. */
+static const double allowed[2] = {2e-15, 3e-7};
+
+/* The generic kernels have no fused multiply-add and round twice; in space the library offers power
+ * 2 alone, and forces of power 1 cancel most. */
+static double allowed_for(int single, int generic, int dimension, double power)
+{
+    double factor = generic ? 2.0 : dimension == 3 && power != 2.0 ? 1.5 : 1.0;
+    return factor * allowed[single];
+}
 
 struct box {
     int dimension;
@@ -170,7 +177,7 @@ static void forces_are_those_of_a_loop(void **state)
                     double error = error_of(&particles.state, sum, 7, NULL);
                     worst[v] = fmax(worst[v], error);
                     bench_close(&b);
-                    if (!(error <= (v < 2 ? allowed : allowed_generic)[single])) {
+                    if (!(error <= allowed_for(single, v == 2, box->dimension, powers[p]))) {
                         fail_msg("%s, power %g, %s, %s, %dD: error %.2e",
                                  single ? "single" : "double", powers[p], instructions[v],
                                  set_names[kinds[k / 4]], box->dimension, error);

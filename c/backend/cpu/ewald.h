@@ -7,9 +7,8 @@
 #include "ewald/plan.h"
 #include "fft/fft.h"
 
-/* Edges of cells are at least the reach over so many, a number for each axis. */
-enum { GBG_EWALD_PARTS_MAX = 2 };
-#define GBG_EWALD_PARTS(dimension, a) ((dimension) == 2 || (a) == 0 ? 2 : 1)
+/* Edges of cells are at least the reach over so many along axis 0, the reach along others. */
+enum { GBG_EWALD_PARTS = 3 };
 
 /* Particles in the order of cells, row after row of them along axis 0, in a cell by rank, so that
  * no order in memory shows. All within the reach of a particle are in its cell and in `around`

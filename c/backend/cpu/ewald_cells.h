@@ -4,7 +4,7 @@
 
 #include "backend/cpu/ewald.h"
 
-enum { GBG_NEAR_ROWS_MAX = 25 };
+enum { GBG_NEAR_ROWS_MAX = 9 };
 
 /* Rows of cells around a row, and the columns around one: candidates of the particles of a cell are
  * those of these columns one after the other, in each row after row. */

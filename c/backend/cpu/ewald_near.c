@@ -39,25 +39,23 @@ GBG_ALWAYS void add_lanes_single(const float *const value[3], int n, int dimensi
     static const int32_t number[GBG_NEAR_LANES] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                    8, 9, 10, 11, 12, 13, 14, 15};
     enum { VECTORS = GBG_NEAR_LANES / VF_LANES };
-    for (int l = 0; l < 2 * VECTORS * dimension; l++) {
-        sum[l % dimension][l / dimension] = vd_set(0.0);
-    }
-    for (int j = 0; j < n; j += GBG_NEAR_RUN * GBG_NEAR_LANES) {
+    for (int j = 0; j == 0 || j < n; j += GBG_NEAR_RUN * GBG_NEAR_LANES) {
         for (int l = 0; l < VECTORS; l++) {
             vi lane = vi_load(number + l * VF_LANES);
-            vf some[3] = {vf_set(0.0f), vf_set(0.0f), vf_set(0.0f)};
+            vf some[3][GBG_NEAR_RUN];
 #pragma GCC unroll 4
             for (int v = 0; v < GBG_NEAR_RUN; v++) {
                 int at = j + v * GBG_NEAR_LANES;
                 vm inside = vi_lt(lane, vi_set(n - at));
                 for (int a = 0; a < dimension; a++) {
-                    vf more = vf_load(value[a] + at + l * VF_LANES);
-                    some[a] = vf_add(some[a], vf_keep(inside, more));
+                    some[a][v] = vf_keep(inside, vf_load(value[a] + at + l * VF_LANES));
                 }
             }
             for (int a = 0; a < dimension; a++) {
-                sum[a][2 * l] = vd_add(sum[a][2 * l], vd_low(some[a]));
-                sum[a][2 * l + 1] = vd_add(sum[a][2 * l + 1], vd_high(some[a]));
+                vf all = vf_add(vf_add(some[a][0], some[a][1]), vf_add(some[a][2], some[a][3]));
+                vd *to = &sum[a][2 * l];
+                to[0] = j == 0 ? vd_low(all) : vd_add(to[0], vd_low(all));
+                to[1] = j == 0 ? vd_high(all) : vd_add(to[1], vd_high(all));
             }
         }
     }

@@ -10,8 +10,8 @@
 struct NEAR(strip) {
     WORD x[3][GBG_NEAR_STRIP + GBG_NEAR_SPARE];
     REAL source[GBG_NEAR_STRIP + GBG_NEAR_SPARE];
-    int32_t start[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS_MAX + 1]; /* of columns */
-    int32_t own[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS_MAX];       /* of the row itself in them */
+    int32_t start[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS + 1]; /* of columns */
+    int32_t own[GBG_NEAR_COLUMNS + 2 * GBG_EWALD_PARTS];       /* of the row itself in them */
     int32_t used;
 };
 
@@ -129,38 +129,43 @@ GBG_ALWAYS int NEAR(evaluate_law)(const struct gbg_near_sum *sum, struct NEAR(ba
     return nearer;
 }
 
-/* The sum over lanes in a fixed tree. */
-GBG_ALWAYS double NEAR(fold)(vd sum[GBG_NEAR_LANES / VD_LANES])
+/* Lanes of the sums over some segments from `first` on, halved once. */
+GBG_ALWAYS void NEAR(add_some)(const struct NEAR(batch) * batch, int first, int end,
+                               double half[][3][GBG_NEAR_LANES / 2], int dimension)
 {
-    double lane[VD_LANES];
-    for (int half = GBG_NEAR_LANES / VD_LANES / 2; half > 0; half /= 2) {
-        for (int l = 0; l < half; l++) {
-            sum[l] = vd_add(sum[l], sum[l + half]);
+    enum { HALF = GBG_NEAR_LANES / VD_LANES / 2 };
+    for (int s = first; s < end; s++) {
+        const struct gbg_near_segment *segment = &batch->segment[s];
+        vd sum[3][2 * HALF];
+        const REAL *value[3] = {batch->r[0] + segment->at, batch->r[1] + segment->at,
+                                batch->r[2] + segment->at};
+        ADD_LANES(value, segment->count, dimension, sum);
+        for (int a = 0; a < dimension; a++) {
+            for (int l = 0; l < HALF; l++) {
+                vd_store(half[s - first][a] + l * VD_LANES, vd_add(sum[a][l], sum[a][l + HALF]));
+            }
         }
     }
-    vd_store(lane, sum[0]);
-    for (int half = VD_LANES / 2; half > 0; half /= 2) {
-        for (int l = 0; l < half; l++) {
-            lane[l] += lane[l + half];
-        }
-    }
-    return lane[0];
 }
 
-/* Fields of the particles of a batch, from the forces of its pairs. */
+/* Fields of the particles of a batch, from the forces of its pairs: sums over lanes are made in a
+ * fixed tree. */
 GBG_ALWAYS void NEAR(add_up)(const struct gbg_near_sum *sum, const struct NEAR(batch) * batch,
                              int dimension)
 {
-    for (int s = 0; s < batch->segments; s++) {
-        const struct gbg_near_segment *segment = &batch->segment[s];
-        vd total[3][GBG_NEAR_LANES / VD_LANES];
-        const REAL *value[3] = {batch->r[0] + segment->at, batch->r[1] + segment->at,
-                                batch->r[2] + segment->at};
-        ADD_LANES(value, segment->count, dimension, total);
-        for (int a = 0; a < dimension; a++) {
-            double *field = sum->order->field[a] + segment->k;
-            double all = NEAR(fold)(total[a]) * sum->factor;
-            *field = segment->from > 0 ? *field + all : all;
+    enum { SOME = 16 };
+    double half[SOME][3][GBG_NEAR_LANES / 2];
+    for (int first = 0; first < batch->segments; first += SOME) {
+        int end = first + SOME < batch->segments ? first + SOME : batch->segments;
+        NEAR(add_some)(batch, first, end, half, dimension);
+        for (int s = first; s < end; s++) {
+            const struct gbg_near_segment *segment = &batch->segment[s];
+            for (int a = 0; a < dimension; a++) {
+                const double *l = half[s - first][a];
+                double all = ((l[0] + l[4]) + (l[2] + l[6])) + ((l[1] + l[5]) + (l[3] + l[7]));
+                double *field = sum->order->field[a] + segment->k;
+                *field = segment->from > 0 ? *field + all * sum->factor : all * sum->factor;
+            }
         }
     }
 }

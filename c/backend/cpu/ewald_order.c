@@ -41,7 +41,7 @@ static int64_t choose_cells(const struct gbg_ewald_choice *choice, int64_t n, in
     double most = n < INT32_MAX / 2 - 64 ? 2.0 * (double)n + 64.0 : INT32_MAX - 1, product = 1.0;
     double wanted[3] = {1.0, 1.0, 1.0};
     for (int a = 0; a < choice->dimension; a++) {
-        wanted[a] = most_cells(choice, a, GBG_EWALD_PARTS(choice->dimension, a));
+        wanted[a] = most_cells(choice, a, a == 0 ? GBG_EWALD_PARTS : 1);
         product *= wanted[a];
     }
     while (product > most) {
@@ -59,8 +59,21 @@ static int64_t choose_cells(const struct gbg_ewald_choice *choice, int64_t n, in
     return (int64_t)cells[0] * cells[1] * cells[2];
 }
 
-/* How far to look, and the bits of a coordinate that tell neighbours apart: two that stand in cells
- * that are looked at together, or one more reach apart, never look nearer than they are. */
+/* The bits of a coordinate that tell neighbours apart: two that stand in cells that are looked at
+ * together, or one more reach apart, never look nearer than they are. */
+static int spare_bits(const struct gbg_ewald_choice *choice, int a, int32_t cells, int32_t around)
+{
+    int spare = 0;
+    double edge = choice->length[a] / cells, half = 0.5 * choice->length[a];
+    double window = (around + 1) * edge + choice->reach * (1.0 + 1e-6);
+    while (cells > 2 * around && spare < 32 && half > window) {
+        half *= 0.5;
+        spare++;
+    }
+    return spare;
+}
+
+/* How far to look; axes of one length have one unit. */
 static void choose_window(const struct gbg_ewald_choice *choice, struct gbg_ewald_order *order)
 {
     for (int a = 0; a < 3; a++) {
@@ -68,18 +81,15 @@ static void choose_window(const struct gbg_ewald_choice *choice, struct gbg_ewal
         if (a >= choice->dimension) {
             continue;
         }
-        double edge = choice->length[a] / order->cells[a];
-        for (int k = 1; k <= GBG_EWALD_PARTS_MAX && !order->around[a]; k++) {
-            int enough = order->cells[a] <= most_cells(choice, a, k);
-            order->around[a] = enough ? k : 0;
+        for (int k = GBG_EWALD_PARTS; k >= 1; k--) {
+            order->around[a] = order->cells[a] <= most_cells(choice, a, k) ? k : order->around[a];
         }
-        if (order->cells[a] < 2 * order->around[a] + 1) {
-            continue;
-        }
-        double window = (order->around[a] + 1) * edge + choice->reach * (1.0 + 1e-6);
-        while (order->shift[a] < 32 &&
-               choice->length[a] * ldexp(1.0, -order->shift[a] - 1) > window) {
-            order->shift[a]++;
+        order->shift[a] = spare_bits(choice, a, order->cells[a], order->around[a]);
+    }
+    for (int k = 0; k < choice->dimension * choice->dimension; k++) {
+        int a = k % choice->dimension, b = k / choice->dimension;
+        if (choice->length[a] == choice->length[b] && order->shift[a] > order->shift[b]) {
+            order->shift[a] = order->shift[b];
         }
     }
 }
