@@ -147,7 +147,8 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
         status = gbg_cuda_fft_run(device, &sum->fft, GBG_CUDA_BACKWARD, sum->mesh);
     }
     status = status ? status : gbg_cuda_ewald_near(device, sum, output->potential != NULL);
-    return status ? status : gbg_cuda_ewald_gather(device, state, sum, output);
+    status = status ? status : gbg_cuda_ewald_gather(device, state, sum, output);
+    return status || !choice->single ? status : gbg_cuda_ewald_mend(device, state, sum, output);
 }
 
 int gbg_cuda_ewald_force(struct gbg_device *device, struct gbg_state *state, struct gbg_ewald *sum,

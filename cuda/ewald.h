@@ -44,6 +44,14 @@ struct gbg_cuda_ewald_cells {
     int32_t *begin;    /* of each cell, and n */
 };
 
+/* What is written to. */
+struct gbg_cuda_ewald_targets {
+    int64_t owned;
+    const uint8_t *species;
+    double *force[3]; /* or the potential alone */
+    double mobility[GBG_SPECIES_MAX];
+};
+
 /* How the sums of both parts become what is asked for: their units are those of the reach. */
 struct gbg_cuda_ewald_output {
     int add;
@@ -58,11 +66,14 @@ struct gbg_ewald {
     int64_t n;      /* particles in order */
     struct gbg_cuda_ewald_cells cells;
     int64_t n_cells, begin_capacity, record_capacity, index_capacity, top_capacity;
-    void *record;      /* gbg_cuda_ewald_record */
-    int32_t *index;    /* in the state */
-    uint32_t *top;     /* single precision in space */
-    void *near_field;  /* of near pairs, in the device's workspace: dimension (potential: one)
-                          numbers a particle, blocked by particles */
+    void *record;   /* gbg_cuda_ewald_record */
+    int32_t *index; /* in the state */
+    uint32_t *top;  /* single precision in space */
+    /* In the device's workspace: of near pairs dimension (potential: one) numbers a particle,
+     * blocked by particles; slots of those whose closest pairs are to be made in double precision.
+     */
+    void *near_field;
+    int32_t *mended, *mended_count;
     void *mesh;        /* sources; potential; in space with GBG_GRADIENT_WAVES field 2 */
     void *wide;        /* GBG_GRADIENT_WAVES: fields 0 and 1, a complex number a node */
     void *influence;   /* (cells[0]/2 + 1) x ... x (cells[1]/2 + 1): of waves n_a >= 0 */
@@ -71,6 +82,25 @@ struct gbg_ewald {
     double held_bytes; /* of all that lives as long as the sum */
     struct gbg_cuda_fft fft;
 };
+
+static inline struct gbg_cuda_ewald_targets
+gbg_cuda_ewald_targets_of(const struct gbg_state *state, const struct gbg_cuda_ewald_output *output)
+{
+    struct gbg_cuda_ewald_targets to = {state->owned, state->species, {}, {}};
+    memcpy(to.force, state->force, sizeof to.force);
+    memcpy(to.mobility, state->mobility, sizeof to.mobility);
+    to.force[0] = output->potential ? output->potential : state->force[0];
+    return to;
+}
+
+/* Single precision: the square of 2^20 units of places, in units of the reach: that near they are
+ * too coarse. */
+static inline float gbg_cuda_ewald_close(const struct gbg_ewald *sum, int a)
+{
+    const struct gbg_ewald_choice *choice = &sum->plan.choice;
+    double close = ldexp(choice->length[a], -12 - sum->cells.shift[a]) / choice->reach;
+    return choice->single ? (float)(close * close) : 0.0f;
+}
 
 /* Nodes in a row of the real mesh, in numbers. */
 static inline int64_t gbg_cuda_ewald_pitch(const struct gbg_ewald_choice *choice)

@@ -16,14 +16,6 @@ template <> struct pair_of<double> {
     typedef double2 type;
 };
 
-/* What is written to. */
-struct targets {
-    int64_t owned;
-    const uint8_t *species;
-    double *force[3]; /* or the potential alone */
-    double mobility[GBG_SPECIES_MAX];
-};
-
 template <int D, typename Real> struct gather_job {
     int64_t n;
     int32_t mesh[3], shift[3], add;
@@ -34,7 +26,7 @@ template <int D, typename Real> struct gather_job {
     const Real *near_field, *node;
     const typename pair_of<Real>::type *wide;
     double unit, self, mean; /* gbg_cuda_ewald_output */
-    struct targets to;
+    struct gbg_cuda_ewald_targets to;
     gbg_cuda_ewald_window<D, Real> window;
 };
 static_assert(sizeof(gather_job<3, float>) <= 4096, "parameters of a kernel before CUDA 12.1");
@@ -220,10 +212,7 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     job.unit = output->unit;
     job.self = output->self;
     job.mean = output->mean;
-    job.to = {state->owned, state->species, {}, {}};
-    memcpy(job.to.force, state->force, sizeof job.to.force);
-    job.to.force[0] = output->potential ? output->potential : state->force[0];
-    memcpy(job.to.mobility, state->mobility, sizeof job.to.mobility);
+    job.to = gbg_cuda_ewald_targets_of(state, output);
     for (int a = 0; a < D; a++) {
         job.mesh[a] = choice->cells[a];
         /* a node is at t = .. - z/2, and the particle moves by dz = 2 cells/length dx: the field is

@@ -20,5 +20,9 @@ int gbg_cuda_ewald_near(struct gbg_device *device, struct gbg_ewald *sum, int po
 /* Both parts into forces or potentials in the state's order (ewald_gather.cu). */
 int gbg_cuda_ewald_gather(struct gbg_device *device, const struct gbg_state *state,
                           struct gbg_ewald *sum, const struct gbg_cuda_ewald_output *output);
+/* Single precision: adds the closest pairs, which near has left out, in double precision
+ * (ewald_mend.cu). */
+int gbg_cuda_ewald_mend(struct gbg_device *device, const struct gbg_state *state,
+                        struct gbg_ewald *sum, const struct gbg_cuda_ewald_output *output);
 
 #endif

@@ -2,6 +2,7 @@
  * reach touches, in the order of cells. Lengths are in units of the reach. */
 #include "cuda/direct.h"
 #include "cuda/ewald_kernels.h"
+#include "cuda/ewald_visit.h"
 
 namespace
 {
@@ -12,16 +13,14 @@ template <int D, typename Real> struct near_job {
     const gbg_cuda_ewald_record<D, Real> *record;
     const uint32_t *top;
     Real *field;
+    /* Single precision: squared distance up to which a pair is left to ewald_mend.cu, and who has
+     * one. */
+    Real close;
+    int32_t *mended, *mended_count;
     Real scale[3]; /* of differences of places */
     Real power;
     int degree;
-    Real coefficient[GBG_SPLIT_DEGREE + 1];
-};
-
-/* Rows of cells along an axis that the reach touches. */
-struct span {
-    int32_t first, count, before; /* before: rows ahead of the particle's own */
-    float inside;                 /* its place in its own row, in cells */
+    Real coefficient[GBG_SPLIT_DEGREE + 1]; /* with the sign turned */
 };
 
 } // namespace
@@ -38,15 +37,6 @@ static __device__ __forceinline__ double inverse_root(double a)
     return gbg_cuda_rsqrt(a);
 }
 
-static __device__ __forceinline__ float difference(uint32_t p, uint32_t q)
-{
-    return __int2float_rn((int32_t)(p - q));
-}
-static __device__ __forceinline__ double difference(uint64_t p, uint64_t q)
-{
-    return __ll2double_rn((int64_t)(p - q));
-}
-
 /* What a pair at squared distance q adds for a unit source: the law without the polynomial that the
  * far part makes up for. whole: the power, 0 for others; terms: of the polynomial, 0: as many as
  * the job says. */
@@ -55,8 +45,9 @@ template <int whole, int terms> struct force_law {
     static __device__ __forceinline__ Real of(const near_job<D, Real> &job, Real q)
     {
         Real z = fma((Real)2, q, (Real)-1), root = inverse_root(q), sum;
-        Real law = whole ? gbg_cuda_raise<(whole ? whole : 1)>(root)
-                         : (Real)pow(q, (Real)-0.5 * (job.power + (Real)1));
+        if (sizeof(Real) == 4 && whole > 2) { /* high powers multiply its error */
+            root = fma((Real)0.5 * root, fma(-q * root, root, (Real)1), root);
+        }
         if (terms) {
             sum = job.coefficient[terms ? terms - 1 : 0];
 #pragma unroll
@@ -69,7 +60,12 @@ template <int whole, int terms> struct force_law {
                 sum = fma(sum, z, job.coefficient[k]);
             }
         }
-        return law - sum;
+        if (whole == 2) {
+            return fma(root * root, root, sum);
+        }
+        return (whole ? gbg_cuda_raise<(whole ? whole : 1)>(root)
+                      : (Real)pow(q, (Real)-0.5 * (job.power + (Real)1))) +
+               sum;
     }
 };
 
@@ -84,85 +80,9 @@ struct potential_law {
             sum = fma(sum, z, job.coefficient[k]);
         }
         Real law = s > 0 ? pow(q, (Real)-0.5 * s) / s : (Real)-0.5 * log(q);
-        return (q > 0 ? law : (Real)0) - sum;
+        return (q > 0 ? law : (Real)0) + sum;
     }
 };
-
-static __device__ __forceinline__ struct span rows_of(const struct gbg_cuda_ewald_cells &cells,
-                                                      int a, uint32_t high)
-{
-    struct span span = {0, cells.cells[a], 0, 0.0f};
-    if (!cells.all[a]) {
-        uint32_t count = (uint32_t)cells.cells[a];
-        int32_t own = (int32_t)__umulhi(high, count);
-        span.first = (int32_t)__umulhi(high - cells.reach[a], count);
-        span.count = (int32_t)__umulhi(high + cells.reach[a], count) - span.first;
-        span.count += (span.count < 0 ? cells.cells[a] : 0) + 1;
-        span.before = own - span.first + (own < span.first ? cells.cells[a] : 0);
-        span.inside = __uint2float_rn(high * count) * 0x1p-32f;
-    }
-    return span;
-}
-
-/* Squared distance of the particle from row k of the span: 0 in its own, and where all are. */
-static __device__ __forceinline__ float squared_to(const struct gbg_cuda_ewald_cells &cells, int a,
-                                                   const struct span &span, int32_t k)
-{
-    float rows = (float)(k - span.before);
-    float away = rows > 0.0f ? rows - span.inside : rows < 0.0f ? span.inside - rows - 1.0f : 0.0f;
-    away = cells.all[a] ? 0.0f : away * cells.edge[a];
-    return away * away;
-}
-
-/* Calls visit(slot) for the particles in a row of cells that what is left of the squared reach
- * touches: one run of them, two around the edge of the box. */
-template <typename Visit>
-static __device__ __forceinline__ void visit_row(const struct gbg_cuda_ewald_cells &cells,
-                                                 uint32_t high, int64_t row, float left,
-                                                 Visit visit)
-{
-    const int32_t *begin = cells.begin + row * cells.cells[0];
-    int32_t first = 0, last = cells.cells[0] - 1;
-    if (!cells.all[0]) {
-        /* a little more than the half chord, at most the reach */
-        float chord = __uint2float_rz(cells.reach[0]) * __fsqrt_rn(left) + 1024.0f;
-        uint32_t words = min((uint32_t)chord, cells.reach[0]);
-        first = (int32_t)__umulhi(high - words, (uint32_t)cells.cells[0]);
-        last = (int32_t)__umulhi(high + words, (uint32_t)cells.cells[0]);
-    }
-    int parts = first <= last ? 1 : 2;
-    for (int part = 0; part < parts; part++) {
-        int32_t from = part == 0 ? first : 0;
-        int32_t end = begin[parts == 2 && part == 0 ? cells.cells[0] : last + 1];
-#pragma unroll 2
-        for (int32_t k = begin[from]; k < end; k++) {
-            visit(k);
-        }
-    }
-}
-
-template <int D, typename Visit>
-static __device__ __forceinline__ void visit_around(const struct gbg_cuda_ewald_cells &cells,
-                                                    const uint32_t *high, Visit visit)
-{
-    struct span y = rows_of(cells, 1, high[1]), z = {0, 1, 0, 0.0f};
-    if (D == 3) {
-        z = rows_of(cells, 2, high[2]);
-    }
-    for (int32_t l = 0; l < z.count; l++) {
-        int32_t layer = z.first + l;
-        layer -= layer >= cells.cells[2] ? cells.cells[2] : 0;
-        float left = 1.0f + 1e-5f - (D == 3 ? squared_to(cells, 2, z, l) : 0.0f);
-        for (int32_t k = 0; k < y.count; k++) {
-            float here = left - squared_to(cells, 1, y, k);
-            int32_t row = y.first + k;
-            row -= row >= cells.cells[1] ? cells.cells[1] : 0;
-            if (here > 0.0f) {
-                visit_row(cells, high[0], (int64_t)layer * cells.cells[1] + row, here, visit);
-            }
-        }
-    }
-}
 
 /* O numbers a particle: a vector of D, or a potential. */
 template <int D, int O, typename Real, typename Law>
@@ -184,20 +104,26 @@ __launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near
     for (int a = 0; a < O; a++) {
         sum[a] = 0;
     }
-    visit_around<D>(job.cells, high, [&](int32_t k) {
+    int near = 0; /* itself, and those too close */
+    gbg_cuda_ewald_visit<D>(job.cells, high, [&](int32_t k) {
         const gbg_cuda_ewald_record<D, Real> other = job.record[k];
-        Real r[D], q = 0;
-        for (int a = 0; a < D; a++) {
-            r[a] = difference(own.at[a], other.at[a]) * job.scale[a];
-            q = fma(r[a], r[a], q);
-        }
+        Real r[D], q = gbg_cuda_ewald_squared<D, Real>(own, other, job.scale, r);
         Real f = Law::of(job, q) * other.source;
-        bool counts = q < 1 && (O == 1 ? k != slot : q > 0);
+        bool counts;
+        if (sizeof(Real) == 4) {
+            near += q > job.close ? 0 : 1;
+            counts = q < 1 && q > job.close;
+        } else {
+            counts = q < 1 && (O == 1 ? k != slot : q > 0);
+        }
         f = counts ? f : (Real)0;
         for (int a = 0; a < O; a++) {
             sum[a] = O == 1 ? sum[a] + f : fma(f, r[a], sum[a]);
         }
     });
+    if (sizeof(Real) == 4 && near > 1) {
+        job.mended[atomicAdd(job.mended_count, 1)] = (int32_t)slot;
+    }
     for (int a = 0; a < O; a++) {
         job.field[slot * O + a] = sum[a];
     }
@@ -214,14 +140,17 @@ static near_job<D, Real> make_job(const struct gbg_ewald *sum, int potential)
     job.record = (const gbg_cuda_ewald_record<D, Real> *)sum->record;
     job.top = sum->top;
     job.field = (Real *)sum->near_field;
+    job.mended = sum->mended;
+    job.mended_count = sum->mended_count;
     job.power = (Real)choice->power;
     job.degree = split->degree;
     for (int a = 0; a < D; a++) {
         int bits = sizeof(Real) == 4 ? 32 + sum->cells.shift[a] : 64;
         job.scale[a] = (Real)(ldexp(choice->length[a], -bits) / choice->reach);
+        job.close = fmax(job.close, gbg_cuda_ewald_close(sum, a));
     }
     for (int k = 0; k <= split->degree; k++) {
-        job.coefficient[k] = (Real)(potential ? split->potential[k] : split->near[k]);
+        job.coefficient[k] = (Real) - (potential ? split->potential[k] : split->near[k]);
     }
     return job;
 }
@@ -292,12 +221,28 @@ static int run(struct gbg_device *device, const struct gbg_ewald *sum, int poten
     return gbg_cuda_started(device, "near pairs of a sum by a mesh");
 }
 
+/* Fields, and the list of those who have pairs too close. */
+static int take_field(struct gbg_device *device, struct gbg_ewald *sum, int potential)
+{
+    const struct gbg_ewald_choice *choice = &sum->plan.choice;
+    int64_t numbers = sum->n * (potential ? 1 : choice->dimension);
+    void *base = NULL;
+    int status = GBG_OK;
+    for (int pass = 0; status == GBG_OK && pass < 2; pass++) {
+        size_t used = 0;
+        sum->near_field =
+            gbg_cuda_take(base, &used, numbers, choice->single ? sizeof(float) : sizeof(double));
+        sum->mended = (int32_t *)gbg_cuda_take(base, &used, choice->single ? sum->n : 0, 4);
+        sum->mended_count = (int32_t *)gbg_cuda_take(base, &used, 1, 4);
+        status = pass ? status : gbg_cuda_workspace(device, used, &base);
+    }
+    return status ? status : gbg_cuda_clear(device, sum->mended_count, 4);
+}
+
 int gbg_cuda_ewald_near(struct gbg_device *device, struct gbg_ewald *sum, int potential)
 {
     int d = sum->plan.choice.dimension, single = sum->plan.choice.single;
-    size_t numbers = (size_t)sum->n * (size_t)(potential ? 1 : d);
-    int status = gbg_cuda_workspace(device, numbers * (single ? sizeof(float) : sizeof(double)),
-                                    &sum->near_field);
+    int status = take_field(device, sum, potential);
     if (status != GBG_OK) {
         return status;
     }

@@ -202,6 +202,15 @@ static void give_species(struct particles *p)
     state->own_alpha = NULL;
 }
 
+/* Single precision keeps 32 bits of a place, and each backend chooses from which one on: places are
+ * made such that both have all of them. */
+static void leave_high_words(struct particles *p)
+{
+    for (int a = 0; a < p->state.box.dimension; a++) {
+        memset(p->state.low[a], 0, (size_t)p->state.owned * 4);
+    }
+}
+
 static void free_particles(struct particles *p)
 {
     free(p->state.species);
@@ -266,20 +275,23 @@ static void sums_agree(void **state)
                              : k % 3 == 1 ? SET_JITTERED
                                           : SET_CLUSTERED,
                              box->dimension, box->length, sizes[k / BOXES % 5], 0, 3));
-        struct particles p = particles_of(&s, k % 2);
-        if (k >= 5 * BOXES) {
-            give_species(&p);
+        struct particles p[2] = {particles_of(&s, k % 2), particles_of(&s, k % 2)};
+        for (int b = 0; b < 2 && k >= 5 * BOXES; b++) {
+            give_species(&p[b]);
         }
+        leave_high_words(&p[1]);
         for (int r = 0; r < 2 * RECIPES; r++) {
-            if (s.n > 1000 && (r + k) % 2) {
+            if ((r + k) % 4) {
                 continue;
             }
             static const double powers[] = {2.0, 2.0, 1.0, 3.0, 2.5, 6.0, 4.0};
             double power = box->dimension == 3 ? 2.0 : powers[(r + k) % 7];
-            struct gbg_ewald_plan plan = plan_of(&recipes[r / 2], &s, power, r % 2);
-            compare(&p, &plan, recipes[r / 2].name, worst[r / 2]);
+            const struct recipe *recipe = &recipes[r / 2];
+            struct gbg_ewald_plan plan = plan_of(recipe, &s, power, r % 2);
+            compare(&p[recipe->single], &plan, recipe->name, worst[r / 2]);
         }
-        free_particles(&p);
+        free_particles(&p[0]);
+        free_particles(&p[1]);
         set_free(&s);
     }
     for (int r = 0; r < RECIPES; r++) {
