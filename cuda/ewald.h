@@ -67,7 +67,7 @@ struct gbg_ewald {
     struct gbg_cuda_ewald_cells cells;
     int64_t n_cells, begin_capacity, record_capacity, index_capacity, top_capacity;
     void *record;   /* gbg_cuda_ewald_record */
-    int32_t *index; /* in the state */
+    int32_t *index; /* in the state; the complement while ewald_mend.cu is to add to the sums */
     uint32_t *top;  /* single precision in space */
     /* In the device's workspace: of near pairs dimension (potential: one) numbers a particle,
      * blocked by particles; slots of those whose closest pairs are to be made in double precision.

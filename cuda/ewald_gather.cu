@@ -23,7 +23,8 @@ template <int D, typename Real> struct gather_job {
     const gbg_cuda_ewald_record<D, Real> *record;
     const int32_t *index;
     const uint32_t *top;
-    const Real *near_field, *node;
+    Real *near_field;
+    const Real *node;
     const typename pair_of<Real>::type *wide;
     double unit, self, mean; /* gbg_cuda_ewald_output */
     struct gbg_cuda_ewald_targets to;
@@ -122,20 +123,32 @@ add_layers(const gather_job<D, Real> &job, layers<D, Real, W, from> &layers, con
     }
 }
 
+/* Both parts of particle i; where its closest pairs are yet to come (index: its complement), they
+ * are left for them in the place of the near part. */
 template <int D, typename Real, int from>
 static __device__ __forceinline__ void write(const gather_job<D, Real> &job, int64_t slot,
-                                             int64_t i, Real source, const Real sum[3])
+                                             int32_t index, Real source, const Real sum[3])
 {
-    if (from == POTENTIAL) {
-        double both = (double)sum[0] + (double)job.near_field[slot];
-        job.to.force[0][i] = job.unit * (both - job.mean - job.self * (double)source);
+    enum { NUMBERS = from == POTENTIAL ? 1 : D };
+    Real *near = &job.near_field[slot * NUMBERS];
+    double both[NUMBERS];
+    for (int a = 0; a < NUMBERS; a++) {
+        double far = from == SLOPES ? (double)sum[a] * (double)job.slope[a] : (double)sum[a];
+        both[a] = far + (double)near[a];
+        if (index < 0) {
+            near[a] = (Real)both[a];
+        }
+    }
+    if (index < 0) {
         return;
     }
-    double mobility = job.to.mobility[job.to.species ? job.to.species[i] : 0];
-    for (int a = 0; a < D; a++) {
-        double far = (double)sum[a] * (double)job.slope[a];
-        double force = mobility * job.unit * (far + (double)job.near_field[slot * D + a]);
-        double *target = &job.to.force[a][i];
+    if (from == POTENTIAL) {
+        job.to.force[0][index] = job.unit * (both[0] - job.mean - job.self * (double)source);
+        return;
+    }
+    double mobility = job.to.mobility[job.to.species ? job.to.species[index] : 0];
+    for (int a = 0; a < NUMBERS; a++) {
+        double force = mobility * job.unit * both[a], *target = &job.to.force[a][index];
         *target = job.add ? *target + force : force;
     }
 }
@@ -150,11 +163,11 @@ __launch_bounds__(GBG_CUDA_THREADS) void gather(const __grid_constant__ gather_j
         return;
     }
     gbg_cuda_ewald_record<D, Real> record = job.record[slot];
-    int64_t i = job.index[slot];
+    int32_t index = job.index[slot];
     uint64_t whole[D];
     int32_t first[D];
     Real z[D], weight[D][W], slope[from == SLOPES ? D : 1][W], sum[3] = {0, 0, 0};
-    if (i >= job.to.owned) {
+    if ((index < 0 ? ~index : index) >= job.to.owned) {
         return; /* it only acts on others */
     }
     gbg_cuda_ewald_read(job.shift, record, job.top, slot, whole);
@@ -175,7 +188,7 @@ __launch_bounds__(GBG_CUDA_THREADS) void gather(const __grid_constant__ gather_j
     } else {
         add_layers<D, Real, W, from, false>(job, layers, first, weight, slope, sum);
     }
-    write<D, Real, from>(job, slot, i, record.source, sum);
+    write<D, Real, from>(job, slot, index, record.source, sum);
 }
 
 template <int D, typename Real, int W>
@@ -205,7 +218,7 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     job.index = sum->index;
     job.top = sum->top;
     memcpy(job.shift, sum->cells.shift, sizeof job.shift);
-    job.near_field = (const Real *)sum->near_field;
+    job.near_field = (Real *)sum->near_field;
     job.node = (const Real *)sum->mesh;
     job.wide = (const typename pair_of<Real>::type *)sum->wide;
     job.add = output->add;

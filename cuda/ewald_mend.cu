@@ -11,9 +11,11 @@ template <int D> struct mend_job {
     const gbg_cuda_ewald_record<D, float> *record;
     const uint32_t *top;
     const int32_t *index, *mended, *mended_count;
+    const float *sums; /* of the other parts, where gather has left them */
     const uint32_t *high[D], *low[D];
     float close, scale[3]; /* as in ewald_near.cu */
-    int potential, degree;
+    int potential, degree, add;
+    double self, mean;              /* gbg_cuda_ewald_output */
     double quantum[3], power, unit; /* lengths in units of the reach */
     double coefficient[GBG_SPLIT_DEGREE + 1];
     struct gbg_cuda_ewald_targets to;
@@ -44,8 +46,26 @@ template <int D>
 static __device__ void read_words(const mend_job<D> &job, int32_t slot, uint64_t word[D])
 {
     int32_t i = job.index[slot];
+    i = i < 0 ? ~i : i;
     for (int a = 0; a < D; a++) {
         word[a] = gbg_join(job.high[a][i], job.low[a][i]);
+    }
+}
+
+template <int D>
+static __device__ void write_mended(const mend_job<D> &job, int32_t slot, int32_t i, double source,
+                                    const double sum[D])
+{
+    if (job.potential) {
+        double both = (double)job.sums[slot] + sum[0];
+        job.to.force[0][i] = job.unit * (both - job.mean - job.self * source);
+        return;
+    }
+    double mobility = job.to.mobility[job.to.species ? job.to.species[i] : 0];
+    for (int a = 0; a < D; a++) {
+        double force = mobility * job.unit * ((double)job.sums[(int64_t)slot * D + a] + sum[a]);
+        double *target = &job.to.force[a][i];
+        *target = job.add ? *target + force : force;
     }
 }
 
@@ -56,7 +76,7 @@ template <int D> static __device__ void mend_one(const mend_job<D> &job, int32_t
     uint64_t whole[D], word[D];
     uint32_t high[D];
     double sum[D] = {};
-    int32_t i = job.index[slot];
+    int32_t i = ~job.index[slot];
     if (i >= job.to.owned) {
         return;
     }
@@ -83,13 +103,10 @@ template <int D> static __device__ void mend_one(const mend_job<D> &job, int32_t
             sum[a] += job.potential ? f : f * r[a];
         }
     });
-    double mobility = job.potential ? 1.0 : job.to.mobility[job.to.species ? job.to.species[i] : 0];
-    for (int a = 0; a < (job.potential ? 1 : D); a++) {
-        job.to.force[a][i] += mobility * job.unit * sum[a];
-    }
+    write_mended(job, slot, i, (double)own.source, sum);
 }
 
-/* Those of the list, whatever its order: each has its own numbers to add to. */
+/* Those of the list, whatever its order: each has its own numbers. */
 template <int D>
 static __global__
 __launch_bounds__(GBG_CUDA_THREADS) void mend(const __grid_constant__ mend_job<D> job)
@@ -113,6 +130,10 @@ static int run(struct gbg_device *device, const struct gbg_state *state, struct 
     job.index = sum->index;
     job.mended = sum->mended;
     job.mended_count = sum->mended_count;
+    job.sums = (const float *)sum->near_field;
+    job.add = output->add;
+    job.self = output->self;
+    job.mean = output->mean;
     job.potential = output->potential != NULL;
     job.degree = split->degree;
     job.power = choice->power;

@@ -16,7 +16,7 @@ template <int D, typename Real> struct near_job {
     /* Single precision: squared distance up to which a pair is left to ewald_mend.cu, and who has
      * one. */
     Real close;
-    int32_t *mended, *mended_count;
+    int32_t *mended, *mended_count, *index;
     Real scale[3]; /* of differences of places */
     Real power;
     int degree;
@@ -123,6 +123,7 @@ __launch_bounds__(GBG_CUDA_THREADS) void near_pairs(const __grid_constant__ near
     });
     if (sizeof(Real) == 4 && near > 1) {
         job.mended[atomicAdd(job.mended_count, 1)] = (int32_t)slot;
+        job.index[slot] = ~job.index[slot];
     }
     for (int a = 0; a < O; a++) {
         job.field[slot * O + a] = sum[a];
@@ -142,6 +143,7 @@ static near_job<D, Real> make_job(const struct gbg_ewald *sum, int potential)
     job.field = (Real *)sum->near_field;
     job.mended = sum->mended;
     job.mended_count = sum->mended_count;
+    job.index = sum->index;
     job.power = (Real)choice->power;
     job.degree = split->degree;
     for (int a = 0; a < D; a++) {

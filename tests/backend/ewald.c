@@ -407,6 +407,44 @@ static void places_may_coincide(void **state)
     }
 }
 
+/* Pairs so close that 32 bits of a place would not do: distances from 2^-30 to 2^-50 of the box,
+ * each particle's own all but alone in what acts on it. */
+static void closest_pairs_have_all_bits(void **state)
+{
+    (void)state;
+    double worst = 0.0;
+    for (int k = 0; k < 2 * BOXES; k++) {
+        const struct box *box = &boxes[k % BOXES];
+        struct particle_set s = {0};
+        double power = box->dimension == 2 && k % 3 == 0 ? 3.0 : 2.0;
+        assert_true(set_make(&s, SET_RANDOM, box->dimension, box->length, 400, 0, 9));
+        struct particles p = particles_of(&s, 0);
+        struct gbg_ewald_plan plan = plan_of(&recipes[0], &s, power, k % 2);
+        for (int a = 0; a < box->dimension; a++) {
+            for (int64_t i = 0; i < s.n / 2; i++) {
+                uint64_t at = (uint64_t)p.state.high[a][i] << 32 | (uint32_t)(i * 0x9e3779b9u);
+                uint64_t beside = at + ((uint64_t)(1 + (i + a) % 5) << (14 + i % 20));
+                p.state.low[a][i] = (uint32_t)at;
+                p.state.high[a][s.n / 2 + i] = (uint32_t)(beside >> 32);
+                p.state.low[a][s.n / 2 + i] = (uint32_t)beside;
+            }
+        }
+        struct result r[2] = {results_of(&side[0], &plan, &p, 0),
+                              results_of(&side[1], &plan, &p, 0)};
+        for (int64_t i = 0; i < s.n * box->dimension;
+             i++) { /* forces of all sizes: each by itself */
+            double size = fabs(r[0].force[i]) + pow(plan.choice.reach, -power);
+            worst = fmax(worst, fabs(r[1].force[i] - r[0].force[i]) / size);
+        }
+        free_result(&r[0]);
+        free_result(&r[1]);
+        free_particles(&p);
+        set_free(&s);
+    }
+    print_message("closest pairs: single precision off by %.2e of a force at most\n", worst);
+    assert_true(worst < bound[1]);
+}
+
 /* 1, with the reason on standard output, if there is no GPU to test. */
 static int missing(void)
 {
@@ -426,6 +464,7 @@ int main(void)
         cmocka_unit_test(places_on_nodes_and_edges_agree),
         cmocka_unit_test(bits_are_the_same),
         cmocka_unit_test(places_may_coincide),
+        cmocka_unit_test(closest_pairs_have_all_bits),
     };
     return missing() ? SKIPPED : cmocka_run_group_tests(tests, open_sides, close_sides);
 }
